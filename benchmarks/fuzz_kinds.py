@@ -42,7 +42,7 @@ LINES = (
     "map study --any-volume --out new",
     "init new",
     "quick quick.png --depth-mm 3 --mm-per-px 0.1 --ends 20,61 270,58 --out new --device cpu",
-    "export run --format mask,coco,dxf --out new",
+    "export run --format mask,dxf --out new",
     "import-dxf crack.dxf --depth-mm 8 --line MIDDLE --width-mm 3 --units mm --out new",
 )
 """Lines whose words are replaced, taken out, doubled and joined by others."""
@@ -89,7 +89,7 @@ BY_FILES: Mapping[str, Kind] = {
     "drawing": Kind(
         ("crack.dxf",),
         (
-            "import-dxf crack.dxf --depth-mm 8 --out new",
+            "import-dxf crack.dxf --depth-mm 8 --walls UPPER LOWER --out new",
             "import-dxf crack.dxf --depth-mm 8 --line MIDDLE --width-mm 3 --out new",
         ),
     ),
@@ -111,11 +111,6 @@ BY_FILES: Mapping[str, Kind] = {
         ("spread.png", "spread.png", "frame.toml"),
         (f"material spread spread.png --markers frame.toml {FRAMED}",),
         "--face-mm 150x150 --mass-g 30",
-    ),
-    "bead": Kind(
-        ("bead.png", "bead.png", "narrow.toml"),
-        (f"material bead bead.png --markers narrow.toml {FRAMED}",),
-        "--face-mm 90x60 --mass-g 4.36 --asked-mm3-s 320 --speed-mm-s 5 --start-mm 22,30",
     ),
     "fill": Kind(("fill.csv", "fill.csv", "filled.toml"), ("run filled.toml --out new --device cpu --quiet",)),
     # One that is accepted is searched and poured, which takes a quarter minute.
@@ -186,7 +181,7 @@ READ_BY = {
         "validate run --device cpu --quiet",
         "compare run twin",
         "robot run --cell cell.toml --format all --quiet",
-        "export run --format mask,coco,dxf --out drawn",
+        "export run --format mask,dxf --out drawn",
         "run trial.toml --out run --device cpu --quiet",
     ),
     "study": (

@@ -16,12 +16,12 @@ from sealtwin.material.by_rheometer import FlowCurve, material_of_table
 from sealtwin.trial.starter_files import CELL
 from tests.support.lab_folder import DEFAULTS
 from tests.support.photos import mortar, with_crack, write_png
-from tests.support.spread_photos import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
+from tests.support.spread_photos import Blob, write_sheet_table
 from tests.support.tiny_study import TRIAL, plannable_lab
 
 PLAN = "plan planned.toml --knots 3 --verify 1 --seeds 1 --device cpu --quiet"
 HEIC = Path(__file__).parents[1] / "fixtures" / "heic" / "crack.heic"
-MESHES = ("stl", "ply", "glb", "obj")
+MESHES = ("stl", "ply", "glb")
 ACCEPTED = (0, 5)
 MINE = {
     "notes.txt": "mine",
@@ -49,8 +49,8 @@ def sound_lab(folder: Path) -> None:
     # Its time and its identifier would move what a case damages.
     ezdxf.options.write_fixed_meta_data_for_testing = True  # pyright: ignore[reportPrivateImportUsage]
     drawing = ezdxf.filemanagement.new(units=units.MM)
-    edge = [(0, 0), (20, 1), (40, 0), (40, 3), (20, 4), (0, 3)]
-    drawing.modelspace().add_lwpolyline(edge, close=True, dxfattribs={"layer": "OUTLINE"})
+    for layer, y in (("LOWER", 0), ("UPPER", 3)):
+        drawing.modelspace().add_lwpolyline([(0, y), (20, y + 1), (40, y)], dxfattribs={"layer": layer})
     drawing.modelspace().add_spline([(0, 1.5, 0), (20, 2.5, 0), (40, 1.5, 0)], dxfattribs={"layer": "MIDDLE"})
     drawing.saveas(folder / "crack.dxf")
     (folder / "trial.toml").write_text(TRIAL + "\n[output]\nsnapshots_s = []\n")
@@ -100,8 +100,6 @@ def _sound_paste_and_pump(folder: Path) -> None:
     """Write a spread with its frame, a flow curve, a material with its trial, and weighings with their cell."""
     Blob(55.0, mm_per_px=0.5).write(folder / "spread.png")
     write_sheet_table(folder / "frame.toml")
-    BeadPhoto(8.0).write(folder / "bead.png")
-    write_sheet_table(folder / "narrow.toml", BEAD_FACE_MM)
     (folder / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")
     pump = '[pump]\nfile = "pump.csv"\ndensity_kg_m3 = 1690.0\n\n[spel] '
     (folder / "pumped.toml").write_text(CELL.replace("{file}", "pumped.toml").replace("[spel] ", pump, 1))

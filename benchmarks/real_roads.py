@@ -1,14 +1,14 @@
-"""Real photos of cracked roads and walls from public sets: right between two clicks, and what is picked without clicks.
+"""Real photos of cracked roads and walls from public sets: right between two clicks, and the first line without clicks.
 
     python -m benchmarks.real_roads --photos PHOTOS [--only SET] [--jobs 2]
 
 PHOTOS is made from clones of the sets (python -m benchmarks.real_roads_photos --help); none of it is in this
-repository. The list was drawn by rule, and is judged by rule (real_roads_rules). Refusals, other branches, wrong lines
-and lines picked alone without a crack are listed, with the product's words.
+repository. The list was drawn by rule, and is judged by rule (real_roads_rules). Refusals, other branches and wrong
+lines are listed, with the product's words.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -18,12 +18,11 @@ import cv2
 import numpy as np
 from typer import Option
 
-from benchmarks.real_roads_photos import Set, crops, listed, read_sets
-from benchmarks.real_roads_runs import Clicked, Unclicked, run_bare, run_clicked, run_unclicked
+from benchmarks.real_roads_photos import Set, listed, read_sets
+from benchmarks.real_roads_runs import Clicked, Unclicked, run_clicked, run_unclicked
 from benchmarks.table import Row, one_of, run_benchmark
 
-FIRST_PERCENT, ALONE_PERCENT, BARE_PERCENT = 70, 7, 15
-"""Photos whose first line is a crack, at least; lines picked alone that are none, and crops where one is, at most."""
+FIRST_PERCENT = 70  # Photos whose first line is a crack, at least
 
 
 def main(
@@ -33,19 +32,16 @@ def main(
 ) -> list[Row]:
     sets = {name: one for name, one in read_sets().items() if only in (None, name)}
     rows = [row for row in listed() if row.set in sets]
-    bare = [crop for crop in crops() if crop.set in sets and crop.kind != "crack"]
     with ProcessPoolExecutor(jobs, initializer=cv2.setNumThreads, initargs=(1,)) as pool:
         clicked = pool.map(partial(run_clicked, photos=photos), rows)
         unclicked = pool.map(partial(run_unclicked, photos=photos), rows)
-        on_bare = pool.map(partial(run_bare, photos=photos), bare)
-        traced, searched, bared = list(clicked), list(unclicked), list(on_bare)
-    _list(traced, [*searched, *bared])
+        traced, searched = list(clicked), list(unclicked)
+    _list(traced)
     by_set = {name: [answer for answer in traced if answer.row.set == name] for name in sets}
     return [
         *(row for name, answers in by_set.items() for row in clicked_rows(sets[name], answers)),
         silent_row(traced),
-        *unclicked_rows(searched),
-        bare_row(bared),
+        unclicked_row(searched),
     ]
 
 
@@ -66,38 +62,19 @@ def silent_row(answers: Sequence[Clicked]) -> Row:
     return Row(f"two clicks: wrong in silence, of {len(answers)}", silent, "", 0, 0)
 
 
-def unclicked_rows(answers: Sequence[Unclicked]) -> list[Row]:
-    alone = [answer for answer in answers if answer.alone]
-    first = _percent(answers, lambda answer: any(answer.hits[:1]))
-    none = _percent(alone, lambda answer: not answer.hit)
-    return [
-        Row(f"no clicks: a crack is first, of {len(answers)}", first, "%", FIRST_PERCENT, 100),
-        Row("no clicks: a line is picked alone", _percent(answers, lambda answer: answer.alone), "%"),
-        Row(f"no clicks: alone and none, of {len(alone)} alone", none, "%", 0, ALONE_PERCENT),
-    ]
+def unclicked_row(answers: Sequence[Unclicked]) -> Row:
+    first = 100 * sum(any(answer.hits[:1]) for answer in answers) / len(answers) if answers else float("nan")
+    return Row(f"no clicks: a crack is first, of {len(answers)}", first, "%", FIRST_PERCENT, 100)
 
 
-def bare_row(answers: Sequence[Unclicked]) -> Row:
-    """Return the share of crops without a crack where a line is picked alone."""
-    share = _percent(answers, lambda answer: answer.alone)
-    return Row(f"bare: a line is picked alone, of {len(answers)}", share, "%", 0, BARE_PERCENT)
-
-
-def _list(clicked: Iterable[Clicked], unclicked: Iterable[Unclicked]) -> None:
-    """Print each answer between two clicks that is not right, and each line that is picked alone without a crack."""
+def _list(clicked: Iterable[Clicked]) -> None:
+    """Print each answer between two clicks that is not right."""
     for answer in clicked:
         if answer.verdict != "right":
             silent = ", in silence" if answer.silent else ""
             words = "" if answer.verdict == "other" else f": {answer.words}"
             print(f"{answer.row.set} {Path(answer.row.photo).name}: {answer.verdict}{silent}{words}")
-    for answer in unclicked:
-        if answer.alone and not answer.hit:
-            print(f"{answer.name}: picked alone without clicks, no crack")
     print()
-
-
-def _percent(answers: Sequence, holds: Callable) -> float:
-    return 100 * sum(map(holds, answers)) / len(answers) if answers else float("nan")
 
 
 if __name__ == "__main__":

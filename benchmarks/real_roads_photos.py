@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TypeVar, get_type_hints
+from typing import get_type_hints
 
 import cv2
 import numpy as np
@@ -27,7 +27,7 @@ from scipy.io import loadmat
 from benchmarks.table import run_benchmark
 
 FOLDER = Path(__file__).parent / "real_roads"
-SETS, PHOTOS, BARE = FOLDER / "sets.toml", FOLDER / "photos.csv", FOLDER / "bare.csv"
+SETS, PHOTOS = FOLDER / "sets.toml", FOLDER / "photos.csv"
 
 Mask = NDArray[np.bool_]
 
@@ -74,29 +74,8 @@ class Listed:
         return (self.first_x_px, self.first_y_px), (self.last_x_px, self.last_y_px)
 
 
-@dataclass(frozen=True)
-class Crop:
-    """One piece of a photo in which its mask has no crack. Right and bottom are not part of it."""
-
-    set: str
-    photo: str
-    left_px: int
-    top_px: int
-    right_px: int
-    bottom_px: int
-    kind: str
-    """What a person sees in it. A crop of the kind "crack" is not judged: the mask left it out."""
-    photo_sha256: str
-
-    def of(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        return pixels[self.top_px : self.bottom_px, self.left_px : self.right_px]
-
-
-Row = TypeVar("Row", Listed, Crop)
-
-
 def main(clones: Path, photos: Path) -> None:
-    wanted = {(row.set, row.photo): row.photo_sha256 for row in (*listed(), *crops())}
+    wanted = {(row.set, row.photo): row.photo_sha256 for row in listed()}
     wanted |= {(row.set, row.mask): row.mask_sha256 for row in listed()}
     sets = read_sets()
     for (name, path), sha256 in wanted.items():
@@ -117,11 +96,9 @@ def read_sets() -> dict[str, Set]:
 
 
 def listed() -> list[Listed]:
-    return _rows(PHOTOS, Listed)
-
-
-def crops() -> list[Crop]:
-    return _rows(BARE, Crop)
+    with PHOTOS.open(newline="", encoding="utf-8") as file:
+        types = get_type_hints(Listed)
+        return [Listed(**{name: types[name](text) for name, text in row.items()}) for row in csv.DictReader(file)]
 
 
 def digest(content: bytes) -> str:
@@ -143,14 +120,6 @@ def read_picture(content: bytes) -> NDArray[np.uint8]:
     """Return red, green and blue of a photo."""
     with Image.open(BytesIO(content)) as picture:
         return np.asarray(picture.convert("RGB"))
-
-
-def _rows(path: Path, kind: type[Row]) -> list[Row]:
-    if not path.exists():
-        return []
-    with path.open(newline="", encoding="utf-8") as file:
-        types = get_type_hints(kind)
-        return [kind(**{name: types[name](text) for name, text in row.items()}) for row in csv.DictReader(file)]
 
 
 if __name__ == "__main__":

@@ -8,8 +8,7 @@ The branch of a photo is the longest skeleton path of its mask's three largest p
   mask. A place within 5 px of an end of the line does not count.
 
 A line that is offered without clicks is a hit if 80 % of it is within 5 px of the mask and it has at least 30 % of the
-branch's length. A line is picked alone if the search returns a path without a question. On a crop of bare ground every
-line is none.
+branch's length.
 """
 
 import re

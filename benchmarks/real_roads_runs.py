@@ -1,13 +1,10 @@
-"""What the product makes of one real photo: between two clicks, without clicks, and of a crop of bare ground."""
+"""What the product makes of one real photo: between two clicks, and without clicks."""
 
-import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from PIL import Image
-
-from benchmarks.real_roads_photos import Crop, Listed, Mask, digest, read_mask, read_picture, read_sets
+from benchmarks.real_roads_photos import Listed, Mask, digest, read_mask, read_picture, read_sets
 from benchmarks.real_roads_rules import Branch, Verdict, is_hit, is_silent, verdict, width_ratio
 from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.outline import trace_outline
@@ -15,7 +12,6 @@ from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
-from sealtwin.core.records import Floats
 
 MM_PER_PX = 0.1
 """No scale is given; the warnings in mm read like those of a photo from near."""
@@ -36,15 +32,10 @@ class Clicked:
 
 @dataclass(frozen=True)
 class Unclicked:
-    """A photo or a crop without clicks."""
+    """A photo without clicks."""
 
-    name: str
     hits: Sequence[bool]
     """Of the lines that are offered, best first."""
-    alone: bool
-    """True if a path is returned without a question."""
-    hit: bool
-    """True if that path is on a crack."""
 
 
 def run_clicked(row: Listed, photos: Path) -> Clicked:
@@ -67,26 +58,8 @@ def run_clicked(row: Listed, photos: Path) -> Clicked:
 def run_unclicked(row: Listed, photos: Path) -> Unclicked:
     mask, branch = _truth(row, photos)
     settings = _settings(photos / row.set / row.photo)
-    return _searched(f"{row.set} {Path(row.photo).name}", settings, lambda line: is_hit(line, branch, mask))
-
-
-def run_bare(crop: Crop, photos: Path) -> Unclicked:
-    """Search the crop, in a file of its own, where every line is none."""
-    name = f"{crop.set} {Path(crop.photo).name}, {crop.kind} at ({crop.left_px}, {crop.top_px})"
-    picture = crop.of(read_picture(_content(photos, crop.set, crop.photo, crop.photo_sha256)))
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "crop.png"
-        Image.fromarray(picture).save(file)
-        return _searched(name, _settings(file), lambda line: False)
-
-
-def _searched(name: str, settings: PhotoInput, is_crack: Callable[[Floats], bool]) -> Unclicked:
     search = CrackSearch.of(load_photo(settings, settings.file.parent))
-    hits = [is_crack(crack.line_px) for crack in search.cracks]
-    try:
-        return Unclicked(name, hits, True, is_crack(search.path().points_px))
-    except InputError:
-        return Unclicked(name, hits, False, False)
+    return Unclicked([is_hit(crack.line_px, branch, mask) for crack in search.cracks])
 
 
 def _truth(row: Listed, photos: Path) -> tuple[Mask, Branch]:

@@ -1,8 +1,6 @@
-"""Export a traced crack as a mask or COCO annotation of its photo, or as a DXF drawing in mm."""
+"""Export a traced crack as a mask of its photo, or as a DXF drawing in mm."""
 
 import io
-from collections.abc import Sequence
-from typing import Any
 
 import cv2
 import ezdxf.filemanagement
@@ -13,7 +11,6 @@ from digitise.geometry.polyline import coverage, rectangle
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Booleans, Outline, Trajectory
 
-CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
 LAYERS = {
     "OUTLINE": 1,
     "ISLANDS": 2,
@@ -49,44 +46,6 @@ def mask_of(outline: Outline, name: str) -> Booleans:
 def mask_png(outline: Outline, name: str) -> bytes:
     """Return the mask of ``mask_of`` as a PNG, white on black. Raises InputError if there is no mask."""
     return cv2.imencode(".png", 255 * mask_of(outline, name).astype(np.uint8))[1].tobytes()
-
-
-def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
-    """Return COCO's images and annotations of cracks.
-
-    ``labelled`` has the file name of the photo and the outline of each crack. As in COCO, pixel coordinates count from
-    the corner of the first pixel. A crack with an island is stored as run lengths, since COCO's polygons cannot have
-    holes.
-    """
-    images, annotations = list[dict[str, Any]](), list[dict[str, Any]]()
-    for number, (name, outline) in enumerate(labelled, start=1):
-        mask = mask_of(outline, name)
-        height, width = mask.shape
-        images.append({"id": number, "file_name": name, "width": width, "height": height})
-        ring_px = outline.outline_px + 0.5
-        polygon = [np.round(ring_px, 2).ravel().tolist()]
-        annotations.append(
-            {
-                "id": number,
-                "image_id": number,
-                "category_id": CATEGORY["id"],
-                "segmentation": run_lengths(mask) if outline.islands_mm else polygon,
-                "area": int(mask.sum()),
-                "bbox": np.round([*ring_px.min(axis=0), *np.ptp(ring_px, axis=0)], 2).tolist(),
-                "iscrowd": 0,
-            }
-        )
-    return {"images": images, "annotations": annotations, "categories": [CATEGORY]}
-
-
-def run_lengths(mask: Booleans) -> dict[str, Any]:
-    """Return COCO's uncompressed code of a mask: lengths of runs down the columns.
-
-    The first run is outside the mask.
-    """
-    flat = mask.ravel(order="F")
-    changes = np.flatnonzero(np.diff(flat, prepend=False))
-    return {"size": [*mask.shape], "counts": np.diff(changes, prepend=0, append=len(flat)).tolist()}
 
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:

@@ -17,8 +17,8 @@ from digitise.settings import PhotoInput
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.doubts import (
-    BY_STROKES,
     LINE_PX,
+    PLAUSIBLE,
     WORTH_SAYING,
     darker_line,
     judge_reach,
@@ -30,7 +30,6 @@ from digitise.walls.drawn import ByHand, with_drawn
 from digitise.walls.ends import Traced, judge_beyond
 from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
 from digitise.walls.thin_crack import BoxFit, NotFittedError, trace_line, trace_thin
-from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -67,16 +66,13 @@ LINE_INSIDE = (
 BAND = (
     "the fitted width is {:.3g} {}, but the photo is dark over about {:.2g} {} across the crack, for example because "
     "of debris in it, a broken edge or a joint. The interval covers both widths. Check the lines over the photo "
-    "(overlay.png). If the whole band is crack, draw over it in crack_strokes_px, or give width_mm"
+    "(overlay.png). If the whole band is crack, draw its walls in walls_px, or give width_mm"
 )
 PAINTED = (
     "the painted crack is no darker than the ground beside it. The width of the paint is used, {:.3g} {} (95 %: "
     "{:.3g} to {:.3g}), and the photo does not confirm it"
 )
 GAUGE = "the crack's width is the given width_mm. Side cracks and islands are not searched for"
-PROPOSAL = doubt(
-    "path.automatic", "the crack was found automatically: check overlay.png, then give ends_px to confirm it"
-)
 ORIGINS: dict[WidthSource, tuple[WallMethod, str]] = {
     "walls": ("edge", "in the middle of the step from dark to bright across the crack"),
     "region": ("region", "the rim of the dark region along the path, since the ground is too coarse for single steps"),
@@ -84,7 +80,7 @@ ORIGINS: dict[WidthSource, tuple[WallMethod, str]] = {
     "gauge": ("gauge", "half the given width from the line down the crack's middle"),
 }
 OF_PAINT: tuple[WallMethod, str] = "drawn", "on the rim of the painted mask"
-BY_HAND: tuple[WallMethod, str] = "drawn", "on a line drawn along it, or moved by strokes drawn beside it"
+BY_HAND: tuple[WallMethod, str] = "drawn", "on a line drawn along it"
 BRIDGED: tuple[WallMethod, str] = (
     "bridged",
     "no step from dark to bright is in view, for example across the mouth of a side crack",
@@ -100,8 +96,6 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
     without walls.
     """
     outline = _measured(photo, path, settings)
-    if path.source not in CLICKED:
-        return outline
     shown = photo_of_paint(photo, path) if path.source == "mask" else photo
     beyond = judge_beyond(shown, outline.centreline_px, outline.ends, path.width_px)
     return with_doubts(outline, *beyond)
@@ -109,21 +103,11 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     """Return the outline for ``trace_outline``, which then checks the ground beyond the outline's ends."""
-    if settings.mean_width_mm is not None:
-        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
-        if shown.width_source == "none" or shown.branches_kept:
-            raise InputError(
-                f"{photo.file}: photo.mean_width_mm: only a crack with walls and without side cracks can be scaled to "
-                'a mean width. Leave mean_width_mm out, or give width_mm and branches = "drop".'
-            )
-        moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
-        moved = replace(moved, width_source="gauge", width_95_mm=None)
-        return replace(moved, walls=_origins(moved, np.zeros((2, len(moved.s_mm)), int)))
     width_mm = settings.width_stations_mm
-    by_hand = " and ".join(f"photo.{name}" for name in settings.drawn_by_hand)
+    by_hand = bool(settings.walls_px)
     if by_hand and (settings.path_only or width_mm is not None):
         raise InputError(
-            f"{photo.file}: {by_hand} cannot be combined with width_mm or path_only. Give only one of them."
+            f"{photo.file}: photo.walls_px cannot be combined with width_mm or path_only. Give only one of them."
         )
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
@@ -143,19 +127,19 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
                 if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
                     return fitted
             # There is no fit, or it took the band for the crack.
-            inside = doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm, photo.unit))
+            inside = doubt(f"{PLAUSIBLE}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm, photo.unit))
             # The line is found in a picture that is softened over its own least width.
             least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
             walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
             return with_doubts(outline, inside, width_95_mm=(least_mm, wide_mm), walls=walls)
     if by_hand:
-        raise InputError(f"{photo.file}: {by_hand}: the crack is too thin for measured walls. Leave this setting out.")
+        raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for measured walls. Leave it out.")
     if path.source != "mask" or not _is_light(photo, path):
         return _fitted(photo, path)
     outline = outline_by_walls(ByHand(photo), path, settings, least_px=0.0)
     mean_mm, brush_mm = outline.mean_width_mm, BRUSH_PX * photo.mm_per_px
     interval_mm = max(mean_mm - brush_mm, 0.0), mean_mm + brush_mm
-    unconfirmed = doubt(f"{BY_STROKES}.painted", PAINTED.format(mean_mm, photo.unit, *interval_mm))
+    unconfirmed = doubt(f"{PLAUSIBLE}.painted", PAINTED.format(mean_mm, photo.unit, *interval_mm))
     return with_doubts(outline, unconfirmed, width_95_mm=interval_mm)
 
 
@@ -185,7 +169,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
         except InputError as neither:
             raise WallsMissingError(f"{unclear} A second method was tried: {neither.fault}") from None
     source: WidthSource = "walls" if traced.width_spread is None else "region"
-    outline = outline_along(photo, path, traced, source, *hand.warnings, by_hand=hand.decided)
+    outline = outline_along(photo, path, traced, source, by_hand=hand.decided)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     if not painted:
         outline = with_bands(photo, outline, around.hidden)
@@ -215,12 +199,10 @@ def outline_along(
     """Return the outline of a traced crack, without side cracks and islands."""
     (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)
     warnings = [*photo.warnings, *path.warnings]
-    if path.source == "automatic":
-        warnings.append(PROPOSAL)
     # Most are corners and chips of a few px.
     if traced.missing > 2 * WORTH_SAYING:
         text = f"a wall was not found along {traced.missing:.0%} of the crack, and is bridged there"
-        warnings.append(doubt(f"{BY_STROKES}.bridged", text, traced.missing))
+        warnings.append(doubt(f"{PLAUSIBLE}.bridged", text, traced.missing))
     if traced.beyond_mm > 0:
         left_out = f"{traced.beyond_mm:.1f} {photo.unit} of the path are left out"
         text = f"{left_out} at the edge of the photo, which cuts off a wall"
@@ -229,7 +211,7 @@ def outline_along(
         drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
         methods = np.where(drawn, 2, methods)
         share = max(float(drawn.mean()), 0.01)
-        text = f"{share:.0%} of the walls follow lines or strokes drawn by hand"
+        text = f"{share:.0%} of the walls follow lines drawn by hand"
         warnings.append(doubt("walls.drawn", text, share))
     if source == "none":
         # The ring of a path runs forth and back, without area.
@@ -248,7 +230,7 @@ def outline_along(
     )
     if traced.width_spread is not None:
         low_mm, high_mm = (outline.mean_width_mm * (1 + traced.width_spread * sign) for sign in (-1, 1))
-        region = doubt(f"{BY_STROKES}.region", REGION.format(low_mm, high_mm, photo.unit))
+        region = doubt(f"{PLAUSIBLE}.region", REGION.format(low_mm, high_mm, photo.unit))
         outline = with_doubts(outline, region, width_95_mm=(low_mm, high_mm))
     return outline if source == "none" else replace(outline, walls=_origins(outline, methods))
 
@@ -307,7 +289,7 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
     )
     doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], band_mm or _dark_mm(copy, narrow, traced, fit)
     if dark_mm is not None:
-        doubts.append(doubt(f"{BY_STROKES}.band", BAND.format(mean_mm, photo.unit, dark_mm, photo.unit), dark_mm, "mm"))
+        doubts.append(doubt(f"{PLAUSIBLE}.band", BAND.format(mean_mm, photo.unit, dark_mm, photo.unit), dark_mm, "mm"))
     return outline_along(photo, path, traced, "fit", *doubts, width_95_mm=(low_mm, max(high_mm, dark_mm or 0.0)))
 
 

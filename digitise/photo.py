@@ -77,12 +77,11 @@ class Photo(Pixels, Scale):
         share = np.arange(RING_POINTS)[:, None] / RING_POINTS
         return self.to_px((start + share * (np.roll(start, -1, axis=0) - start)).reshape(-1, 2))
 
-    def sample_mask(self, found_face_px: Floats | None = None) -> Mask:
+    def sample_mask(self) -> Mask:
         """Return a mask, (height, width), with 255 on the sample's face except on markers, and 0 elsewhere."""
-        face_px = self.face_ring_px if self.face_ring_px is not None else found_face_px
         mask = np.full(self.brightness.shape, 255, dtype=np.uint8)
-        if face_px is not None:
-            mask = filled_polygon(self.brightness.shape, face_px)
+        if self.face_ring_px is not None:
+            mask = filled_polygon(self.brightness.shape, self.face_ring_px)
             disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * EDGE_PX + 1, 2 * EDGE_PX + 1))
             mask = np.asarray(cv2.erode(mask, disc), dtype=np.uint8)
         self.blank_markers(mask)

@@ -50,12 +50,6 @@ Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 # Largest number of stretches of wall drawn by hand, and of points of each; for more, paint a mask
 MAX_WALLS, MAX_WALL_POINTS = 50, 200
-# Largest number of strokes of a kind, each with up to ``MAX_WALL_POINTS`` points; for more, paint a mask
-MAX_STROKES = 20
-Strokes = Annotated[
-    tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MAX_WALL_POINTS)], ...],
-    Field(max_length=MAX_STROKES),
-]
 NO_SCALE = "no_scale"  # Error type of a photo without a scale
 SCALES = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
 Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MAX_WALL_POINTS)]
@@ -65,8 +59,8 @@ NOT_BESIDE = {
     "mm_per_px": ("ruler_px", "markers", "face_mm"),
     "ruler_px": ("markers", "face_mm"),
     "crack": ("ends_px", "mask"),
-    "mask": ("roi_px", "via_px", "walls_px", "crack_strokes_px", "ground_strokes_px"),
-    "path_only": ("width_mm", "mean_width_mm"),
+    "mask": ("roi_px", "via_px", "walls_px"),
+    "path_only": ("width_mm",),
 }
 """Photo settings that exclude others. ``NEEDED_BY`` lists the settings that require another one."""
 MAX_RANKED = 5  # Largest number of cracks to choose from
@@ -136,11 +130,11 @@ class PhotoInput(Settings):
     """Origin of the photo. Reports state it unless it is "measured". Only measured photos allow a comparison to be a
     validation."""
     ends_px: PixelPair | None = None
-    """Both ends of the crack, each as column and row. The nozzle starts at the first end. By default the crack is
-    searched for automatically. In that case, check it over the photo (overlay.png) before you use the result."""
+    """Both ends of the crack, each as column and row. The nozzle starts at the first end. Without
+    them, lines that may be the crack are searched for, and ``crack`` chooses one."""
     crack: int | None = Field(default=None, ge=1, le=MAX_RANKED)
-    """Number of the crack in the list that the automatic search makes, best crack first. refused.png shows these
-    numbers. Only without ends_px. Default: the first crack, if it is far likelier than the others."""
+    """Number of the crack in the list that the search makes, best crack first. refused.png shows these numbers. Only
+    without ends_px."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MAX_VIA)
     """Points on the crack between its ends, in order. Needed if the crack forks or a darker crack is near."""
     roi_px: Region | None = None
@@ -148,13 +142,6 @@ class PhotoInput(Settings):
     walls_px: Walls | None = None
     """Stretches of wall drawn by hand, for photos in which walls are measured wrongly. Each is a line from a point on a
     wall, along the true wall, to another point on the same wall. Draw them with 'sealtwin trace'."""
-    crack_strokes_px: Strokes | None = None
-    """Strokes over areas that are surely crack, each a line or a single point. A few are enough where walls are
-    doubtful or wrong. A wall passes outside the strokes, and near them the lightness under them counts as crack. Draw
-    them with 'sealtwin trace'."""
-    ground_strokes_px: Strokes | None = None
-    """Strokes over areas beside the crack that are surely ground. A wall passes between the strokes and the crack. Near
-    the strokes and on their side of the wall, the lightness under them counts as ground."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is absolute or relative to the trial file's folder."""
@@ -166,9 +153,6 @@ class PhotoInput(Settings):
     table of [s, width] rows along the crack from the nozzle's start. The width is linear between rows and constant
     beyond them. Its uncertainty is width_mm of [uncertainty]. Default: measured between the walls, or fitted to the
     profile of a crack below 8 px."""
-    mean_width_mm: Width | None = None
-    """Mean width of the crack, measured with a gauge or assumed for a test. All widths, from the photo or width_mm, are
-    scaled so that their mean is this width."""
     path_only: bool | None = None
     """True to trace only the crack's path, without walls and solid. This needs no depth and is enough for a robot
     program. The nozzle gives sealant if path.volume_ml is a number."""
@@ -191,7 +175,8 @@ class PhotoInput(Settings):
     """Width and height of the sample's face. Its lower left corner is the origin. Without markers, the face gives the
     scale. With markers, it gives only the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
-    """Corners of the face: lower left, lower right, upper right, upper left. By default they are detected."""
+    """Corners of the face: lower left, lower right, upper right, upper left. Without markers,
+    face_mm gives the scale by them."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
     """Scale of a photo taken square to the face, in mm per pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"
@@ -201,11 +186,6 @@ class PhotoInput(Settings):
     def hints(self) -> tuple[PixelPair | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
         """Ends, via points, region and number of the crack, which are the arguments of ``find_path``."""
         return self.ends_px, self.via_px, self.roi_px, self.crack
-
-    @property
-    def drawn_by_hand(self) -> tuple[str, ...]:
-        """Names of the settings in use that change the measured walls by hand."""
-        return tuple(name for name in ("walls_px", "crack_strokes_px", "ground_strokes_px") if getattr(self, name))
 
     @property
     def width_stations_mm(self) -> Floats | None:
@@ -223,10 +203,6 @@ class PhotoInput(Settings):
             for other in others:
                 if getattr(self, name) and getattr(self, other):
                     raise ValueError(f"{name} cannot be combined with {other}: give only one of them")
-        if self.mean_width_mm is not None and self.branches == "keep":
-            raise ValueError(
-                'mean_width_mm cannot be combined with branches = "keep", because it scales only a main crack'
-            )
         if self.width_stations_mm is not None:
             require_order("width_mm", self.width_stations_mm)
         return self
@@ -305,7 +281,7 @@ class MeshInput(Settings):
     """A modelled or scanned sample, instead of a photo."""
 
     file: Path
-    """STL, PLY, OBJ, GLB or 3MF file. The path is absolute or relative to the trial file's folder."""
+    """STL, PLY or GLB file. The path is absolute or relative to the trial file's folder."""
     data: DataKind
     """Origin of the mesh. Reports state it unless it is "measured". Only measured meshes allow a comparison to be a
     validation."""
@@ -313,9 +289,6 @@ class MeshInput(Settings):
     """Unit of the file's numbers, which most formats do not state."""
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
-    path: Path | None = None
-    """CSV of a centreline with the columns x_mm and y_mm, in the mesh's frame after its face was turned upward. By
-    default the centreline is found in a section just below the face."""
     dam_height_mm: DamHeight = 10.0
     """Height above the face of the dams wherever the crack leaves the block, as in [crack]."""
 

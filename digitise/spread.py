@@ -1,7 +1,4 @@
-"""Find the outline of paste in a photo on the printed marker sheet, and measure a round blob or a straight bead.
-
-A blob has area, mean radius and roundness. A bead has length, width, and the distance of its paste from its edge.
-"""
+"""Find the outline of a round blob of paste in a photo on the printed marker sheet: its mean radius and roundness."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,14 +6,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 from scipy import ndimage
-from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
 from skimage.measure import find_contours, label
 
-from digitise.geometry.polyline import rectangle, resampled, signed_area, to_left
+from digitise.geometry.polyline import rectangle, resampled
 from digitise.image.raster import Map, blurred, continued, sampled
 from digitise.photo import Photo, load_photo
-from digitise.scale.face_scale import side_lengths
 from digitise.settings import PhotoInput
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError, present
@@ -30,16 +25,6 @@ MIN_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's l
 MAX_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate, or a cone pulled to a side
 MIN_SEEN = 0.95  # Smallest share of the edge that must be visible
 EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or at its wet rim
-# Constants of the measurement of a bead.
-SMOOTH = 5  # Number of rays over which the outline is averaged: its grain would shorten all distances to the edge
-MIDDLE = 0.25  # Share of the length, around the middle, that shows the width of the bead; its ends do not
-MAX_OF_IT = 0.7  # Share of the length over which the middle line must be straight
-SLABS = 41  # Number of slabs across that part of the length
-SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
-CELLS = 800  # Cells of the raster along the square root of the bead's area
-MIN_LONG = 1.4  # Least ratio of length to width: below it there is no middle between the ends
-MAX_UNEVEN = 0.12  # Largest RMS of the middle's width over its mean; a bead with more has buckled or broken
-BEND = 0.05  # Largest distance of the bead's middle line from a straight line, over the length
 
 
 @dataclass(frozen=True)
@@ -171,86 +156,3 @@ def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) 
         )
     ring = edge[seen]
     return resampled(np.vstack([ring, ring[:1]]), arc_length(ring)[-1] / POINTS)[:-1]
-
-
-@dataclass(frozen=True)
-class BeadOutline:
-    """A straight bead of paste in plan view."""
-
-    length_mm: float
-    width_mm: float  # Width in the middle of the bead
-    tips_mm: Floats  # Both ends on the sheet, (2, 2)
-    scale_error: float  # Relative standard uncertainty of all lengths
-    edge_error_mm: float  # Standard uncertainty of the edge's position, all around
-    area_mm2: float
-    inward_mm: Floats  # Distance of each raster cell of the bead from its edge, (n,)
-    along_mm: Floats  # Position of each raster cell along the bead, from its middle, (n,)
-    cell_mm2: float
-    edge_mm: float  # Length of the bead's edge
-    warnings: Facts
-
-
-def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
-    """Find the bead inside the frame of markers and measure it. Raises InputError if there is no straight bead."""
-    photo, outline_px = paste_edge(settings, folder)
-    outline_px = uniform_filter1d(outline_px, SMOOTH, axis=0, mode="wrap")
-    error, edge_error_mm = photo.scale_uncertainty or 0.0, EDGE_PX * photo.mm_per_px
-    return bead_of(photo.to_mm(outline_px), error, edge_error_mm, photo.warnings, photo.file)
-
-
-def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnings: Facts, file: Path) -> BeadOutline:
-    """Measure the bead inside an outline, (n, 2). Raises InputError if it is too short, bent or uneven."""
-    area_mm2 = abs(signed_area(outline_mm))
-    cell_mm = np.sqrt(area_mm2) / CELLS
-    place_mm, inward_mm = _cells(outline_mm, cell_mm)
-    middle = place_mm.mean(axis=0)
-    forth = np.linalg.eigh(np.cov(place_mm.T))[1][:, 1]
-    along_mm, across_mm = (place_mm - middle) @ forth, (place_mm - middle) @ to_left(forth)
-    ends = (outline_mm - middle) @ forth
-    shift = (ends.max() + ends.min()) / 2
-    length_mm, along_mm = float(np.ptp(ends)), along_mm - shift
-    # Slabs across the bead: their widths, and the middles of their paste.
-    edges_mm = np.linspace(-MAX_OF_IT, MAX_OF_IT, SLABS + 1) / 2 * length_mm
-    count, _ = np.histogram(along_mm, edges_mm)
-    line_mm = np.histogram(along_mm, edges_mm, weights=across_mm)[0] / count
-    widths = count * (area_mm2 / len(along_mm)) / np.diff(edges_mm)
-    inner = np.abs(edges_mm[1:] + edges_mm[:-1]) <= MIDDLE * length_mm
-    width_mm = float(widths[inner].mean())
-    uneven, bent = widths[inner].std() / width_mm, float(np.ptp(line_mm)) / length_mm
-    if length_mm < MIN_LONG * width_mm or uneven > MAX_UNEVEN or bent > BEND:
-        raise InputError(
-            f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} mm wide, its width varies by {uneven:.0%} "
-            f"in the middle, and it bends by {bent:.0%} of its length. It must be at least {MIN_LONG:g} times as "
-            f"long as wide, vary by at most {MAX_UNEVEN:.0%} and bend by at most {BEND:.0%}. Level the plate, lower "
-            "the nozzle, and lay another bead, longer or with less paste per mm. For a round spread of paste, use "
-            "'sealtwin material spread'."
-        )
-    tips = middle + forth * (shift + np.array([-0.5, 0.5])[:, None] * length_mm)
-    return BeadOutline(
-        length_mm,
-        width_mm,
-        tips,
-        scale_error,
-        edge_error_mm,
-        area_mm2,
-        inward_mm,
-        along_mm,
-        area_mm2 / len(inward_mm),
-        float(side_lengths(outline_mm).sum()),
-        warnings,
-    )
-
-
-def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
-    """Return the centres of the raster cells inside an outline, (n, 2), and their distances from it, (n,)."""
-    # Oblique to the bead: along its sides, whole rows would be inside or outside.
-    axes = np.linalg.eigh(np.cov(outline_mm.T))[1] @ SLANT
-    turned = outline_mm @ axes
-    low = turned.min(axis=0) - 2 * cell_mm
-    ring = np.round((turned - low) / cell_mm).astype(np.int32)
-    mask = cv2.fillPoly(np.zeros(ring.max(axis=0)[::-1] + 3, np.uint8), [ring], 1)
-    inward = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    rows, columns = np.nonzero(mask)
-    # The outline is between the last cell inside and the first one outside.
-    place_mm = low + cell_mm * np.column_stack([columns, rows])
-    return place_mm @ axes.T, cell_mm * (inward[rows, columns].astype(float) - 0.5)

@@ -1,1 +1,1 @@
-"""Find the path along a crack: between clicked points, in a painted mask, or automatically."""
+"""Find the path along a crack: between clicked points, in a painted mask, or by a chosen line."""

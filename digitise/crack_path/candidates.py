@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -35,17 +34,12 @@ LONGEST_BRIDGE = 20.0  # Longest gap that a line may bridge, for example at a co
 FADING = 0.5  # Share of a line's median worth; an end below it is cut off, because it has left the crack
 SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if they are this close over at least this share
 
-# Limits of a line that surely is a crack, on the same photos: 48 lines pass them, and each is a crack.
 STRAIGHT, MIN_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and its least length
 LEG_WIDTHS = 4.0  # Least length of a straight leg in widths of the line
-# Largest share of a line in its longest straight leg, in all straight legs, and in legs that meet at a corner
-MAX_STRAIGHT = 0.3, 0.8, 0.25
-STEP_LEG = 16.0  # Least length of a leg that meets another leg at a corner
-CORNER_DEG, CORNER = 50.0, 12.0  # Least change of direction at a corner, and largest length of the corner
 MAX_COUNTED = 9.0  # A line's score falls no further if the difference of its sides over the step is larger than this
-MAX_UNLIKE = 0.3  # Largest difference between the two sides, over the step from the line to the darker side
-# Least median clearness of a line, and least mean clearness of its faintest stretch
-MIN_CLEAR, MIN_WORST = 4.5, 2.6
+MAX_UNLIKE = (
+    0.3  # Lines whose sides differ by more than this, over the step from the line to the darker side, come last
+)
 SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # The sides of a line are between these two distances from it: widths, plus px
 
 
@@ -57,7 +51,6 @@ class FoundCrack:
     width_px: float  # Typical width along the line
     score: float  # Sum of clearness times contrast along the line, reduced for straight legs and for sides that differ
     unlike: float  # Difference between both sides over the step from the line to the darker side; inf without a step
-    doubt: str  # Reason why this may not be a crack, as a clause. Empty if it surely is a crack
 
     @property
     def middle_px(self) -> Floats:
@@ -187,41 +180,17 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     line_px = field.to_photo(medial_axis.rightward(way)[:, ::-1])
     width_px = float(np.median(field.width[along])) / field.scale
     corners, least = straight_legs(way, width_px * field.scale)
-    turns = np.diff(corners, axis=0)
-    lengths = np.linalg.norm(turns, axis=1)
+    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     legs = lengths[lengths >= least].sum() / lengths.sum()
-    unlike, shares = _unlike(photo, line_px, width_px), (lengths.max() / lengths.sum(), legs, _stepped(turns, lengths))
-    clear = np.minimum(field.clear[along], CLEARNESS_LIMIT).astype(float)
-    stretch = min(len(clear), int(MIN_LEG))
-    usual, worst = np.median(clear), np.convolve(clear, np.ones(stretch) / stretch, mode="valid").min()
-    doubt = ""
-    if not unlike <= MAX_UNLIKE:
-        doubt = "its two sides differ in brightness, as they do at the edge of a marking, a patch or a joint"
-    elif np.any(np.greater(shares, MAX_STRAIGHT)):
-        doubt = f"{max(shares):.0%} of it runs in straight legs, as a joint between bricks, tiles or slabs does"
-    elif usual < MIN_CLEAR or worst < MIN_WORST:
-        doubt = (
-            f"it is {usual:.1f} times as dark as the ground's grain (at least {MIN_CLEAR:g} is needed), and its "
-            f"faintest part {worst:.1f} times (at least {MIN_WORST:g})"
-        )
+    unlike = _unlike(photo, line_px, width_px)
     score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MAX_COUNTED)) / field.scale
-    return FoundCrack(line_px, width_px, score, unlike, doubt)
+    return FoundCrack(line_px, width_px, score, unlike)
 
 
 def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float]:
     """Return the corners between a line's straight legs, (n, 2), and the length from which a leg counts as straight."""
     corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
     return np.asarray(corners, float), max(MIN_LEG, LEG_WIDTHS * width)
-
-
-def _stepped(turns: Floats, lengths: Floats) -> float:
-    """Return the share of a polyline's length in long legs that meet at a corner. ``turns``, (n, 2), are its legs."""
-    begins, cornered = np.append(0, np.cumsum(lengths)), np.zeros(len(lengths), bool)
-    for first, second in pairwise(np.flatnonzero(lengths >= STEP_LEG)):
-        turned = turns[first] @ turns[second] < np.cos(np.radians(CORNER_DEG)) * lengths[first] * lengths[second]
-        if turned and begins[second] - begins[first + 1] <= CORNER:
-            cornered[[first, second]] = True
-    return lengths[cornered].sum() / lengths.sum()
 
 
 def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:

@@ -1,4 +1,4 @@
-"""Find the crack in a photo: in a painted mask, along the darkest path between clicked points, or automatically."""
+"""Find the crack in a photo: in a painted mask, along the darkest path between clicked points, or by a chosen line."""
 
 from collections.abc import Sequence
 from copy import copy
@@ -18,21 +18,14 @@ from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.profiles import width_along
 from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
-from digitise.scale.face_scale import see_face
 from digitise.settings import MAX_RANKED, Pixel, PixelPair
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt, texts
 from sealtwin.core.records import Floats, Integers
 
-EDGES_FOUND = doubt(
-    "path.inside-edges",
-    "the photo shows the edges of the sample, and the crack was searched for only inside them. If the crack is open "
-    "at an edge, give face_mm, the size of the face",
-)
 # A path strays from the chosen line if it is more than this many cells away over more than this share of its length
 FOLLOWS_CELLS, MAX_ASTRAY = 5.0, 0.2
-RUNNER_UP = 0.5  # The user must choose if a second line has more than this share of the first line's score
 ON_CRACK = 3.0  # Clearness of a cell on a crack: the darkest paths through bare ground have 2 on average
 SHARE_ON_CRACK = 0.5  # The same limit as a share of the path's own clearness
 PATH_CELLS = 1.5  # Paths closer than this, in cells, are the same
@@ -42,7 +35,7 @@ CLEAREST = 90  # Percentile of the clearness near the path that is taken for the
 
 
 class RivalCracksError(InputError):
-    """Raised if several cracks compete, so that the user must choose one. ``cracks`` lists them, best first."""
+    """Raised if the user must choose one of the lines that may be the crack. ``cracks`` lists them, best first."""
 
     def __init__(self, message: str, cracks: Sequence[FoundCrack] = ()) -> None:
         super().__init__(message)
@@ -59,9 +52,8 @@ def find_path(
     """Return the path between the ends, past the via points in their order, inside ``roi_px``.
 
     In a painted photo the path is the middle of the paint. Without ends it runs from left to right along the found
-    crack with the number ``crack``. Without a number it follows the first found line, if that line surely is a crack.
-    Raises InputError if a point is outside the photo or off any crack, or if no crack is found. Raises RivalCracksError
-    if several cracks compete.
+    line with the number ``crack``. Raises InputError if a point is outside the photo or off any crack, or if no crack
+    is found. Raises RivalCracksError without ends and number.
     """
     if photo.drawn is not None:
         return painted_path(photo, ends_px)
@@ -82,19 +74,16 @@ class CrackSearch:
     @classmethod
     def of(cls, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> "CrackSearch":
         """Search the photo within ``roi_px``. Raises InputError if ``roi_px`` is not a region."""
-        face_px = see_face(photo.brightness) if photo.face_px is None else None
-        wire = LiveWire(photo, roi_px, face_px)
+        wire = LiveWire(photo, roi_px)
         cracks, straight_px = candidates(photo, wire.field)
-        warnings = () if face_px is None else (EDGES_FOUND,)
-        if straight_px:
-            warnings += (doubt("path.joint", f"a line from {listed(straight_px[0])} px is as straight as a joint"),)
+        text = "a line from {} px is as straight as a joint"
+        warnings = tuple(doubt("path.joint", text.format(listed(line_px))) for line_px in straight_px[:1])
         return cls(photo, wire, tuple(cracks[:MAX_RANKED]), warnings)
 
-    def path(self, number: int | None = None) -> CrackPath:
-        """Return the path along the crack with this number, or along the likeliest crack, from left to right.
+    def path(self, number: int | None) -> CrackPath:
+        """Return the path along the crack with this number, which counts from 1, from left to right.
 
-        Numbers count from 1. Raises InputError if there is no such crack. Without a number, raises RivalCracksError if
-        the first line may not be a crack, if several are about equally likely, or if a gate doubts the path.
+        Raises InputError if there is no such crack, and RivalCracksError without a number.
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:
@@ -102,37 +91,28 @@ class CrackSearch:
                 f"{photo.file}: no crack found: nothing in the photo is dark, thin and long; "
                 f"{'; '.join(('give ends_px', *texts(self.warnings)))}."
             )
-        if number is not None and number > len(ranked):
+        if number is None:
+            raise RivalCracksError(
+                f"{photo.file}: which line is the crack? Lines that may be it (best first, with the score as a share "
+                f"of the best): {self._listed()}. Choose one by its number, for example photo.crack = 1 (in a batch "
+                "or lab table: 1 in the column crack), or give ends_px.",
+                ranked,
+            )
+        if number > len(ranked):
             raise InputError(
                 f"{photo.file}: photo.crack = {number}, but only {len(ranked)} cracks were found: {self._listed()}. "
                 "Give one of these numbers."
             )
-        if number is None:
-            rivals = [crack for crack in ranked if crack.score > RUNNER_UP * ranked[0].score]
-            self._require_sure(f"{len(rivals)} cracks compete" if len(rivals) > 1 else ranked[0].doubt)
-        chosen = ranked[(number or 1) - 1]
+        chosen = ranked[number - 1]
         try:
             path = self._along(chosen)
         except InputError:
             # The user has not given these ends, so a message about them would not help.
             raise InputError(
-                f"{photo.file}: no crack found: line {number or 1}, from {listed(chosen.line_px[[0, -1]])} px, is not "
-                "a crack over its whole length. Give ends_px."
+                f"{photo.file}: no crack found: line {number}, from {listed(chosen.line_px[[0, -1]])} px, is not a "
+                "crack over its whole length. Give ends_px."
             ) from None
-        if number is None and path.warnings:
-            self._require_sure(path.warnings[0].text)
-        source = "automatic" if number is None else "choice"
-        return replace(path, source=source, warnings=(*self.warnings, *path.warnings))
-
-    def _require_sure(self, doubt: str) -> None:
-        if doubt:
-            raise RivalCracksError(
-                f"{self.photo.file}: no line stands out as the crack. The best line is uncertain: {doubt}. Lines that "
-                f"may be the crack (best first, with the score as a share of the best): {self._listed()}. Choose one "
-                "by its number, for example photo.crack = 2 (in a batch or lab table: 2 in the column crack), or "
-                "give ends_px.",
-                self.cracks,
-            )
+        return replace(path, warnings=(*self.warnings, *path.warnings))
 
     def _along(self, crack: FoundCrack) -> CrackPath:
         """Return the path between the ends of a line.
@@ -157,13 +137,11 @@ class CrackSearch:
 class LiveWire:
     """Find paths along a photo's crack between clicked points, on one line map. Several threads may use it."""
 
-    def __init__(
-        self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None, found_face_px: Floats | None = None
-    ) -> None:
-        """Map the photo within ``roi_px`` and ``found_face_px``. Raises InputError if ``roi_px`` is not a region."""
+    def __init__(self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> None:
+        """Map the photo within ``roi_px``. Raises InputError if ``roi_px`` is not a region."""
         self._photo, self._snap_px = photo, snap_px(photo)
-        self._limits = None if roi_px is None else region_px(photo, roi_px), found_face_px
-        self.field: LineMap = map_lines(photo, *self._limits)
+        self._region_px = None if roi_px is None else region_px(photo, roi_px)
+        self.field: LineMap = map_lines(photo, self._region_px)
 
     def path(self, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> CrackPath:
         """Return the path past all clicked points in their order.
@@ -185,7 +163,7 @@ class LiveWire:
         if any(finding.level == "fault" for finding in findings):
             findings.sort(key=lambda finding: finding.level != "fault")
             raise InputError(f"{self._photo.file}: {'. Also, '.join(texts(findings))}.")
-        return CrackPath(route.points_px, route.width_px, source or "automatic", tuple(findings))
+        return CrackPath(route.points_px, route.width_px, source or "choice", tuple(findings))
 
     def route(self, points_px: Floats, clicked: bool) -> Route:
         """Return the cheapest route past the points, from the first cell on the crack to the last.
@@ -222,7 +200,7 @@ class LiveWire:
         if not deep.any():
             return self
         wire = copy(self)
-        wire.field = map_lines(self._photo, *self._limits, points_px[deep])
+        wire.field = map_lines(self._photo, self._region_px, points_px[deep])
         return wire
 
     def _nearest_cells(self, points_px: Floats) -> Integers:

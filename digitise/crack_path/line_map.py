@@ -114,18 +114,16 @@ class LineMap:
 def map_lines(
     photo: Photo,
     region_px: Floats | None = None,
-    found_face_px: Floats | None = None,
     crack_px: Floats | None = None,
 ) -> LineMap:
     """Map the lines of the photo, or of a polygon in it, ``region_px``.
 
-    ``found_face_px`` is the outline of a face of unknown size, to which the search is limited. A dark region at the
-    border counts as surroundings, unless it contains a point of ``crack_px``, (n, 2).
+    A dark region at the border counts as surroundings, unless it contains a point of ``crack_px``, (n, 2).
     """
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
     low, window = window_around(corners_px, 0.0, photo.size_px)
     left, top = low.tolist()
-    light, allowed = photo.brightness[window], photo.sample_mask(found_face_px)[window]
+    light, allowed = photo.brightness[window], photo.sample_mask()[window]
     if region_px is not None:
         allowed = np.minimum(allowed, filled_polygon(allowed.shape, region_px - (left, top)))
     scale = min(1.0, WORK_PX / max(light.shape))
@@ -134,7 +132,7 @@ def map_lines(
     # Grain has equal contrast in shade and light if brightness is as displayed.
     shown = np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA).astype(np.float32)
     around = np.zeros_like(allowed)
-    if photo.face_px is None and found_face_px is None:
+    if photo.face_px is None:
         crack = None if crack_px is None else (crack_px - (left, top) + 0.5) * scale - 0.5
         around = surroundings(shown, crack) & allowed
         allowed &= ~around

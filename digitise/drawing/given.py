@@ -1,6 +1,6 @@
 """Settings of cracks that are given in mm or drawn in CAD, instead of traced in a photo."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -58,13 +58,11 @@ class GivenWalls(GivenCrack):
     """Points of the right wall, in either direction."""
 
 
-class GivenDrawing(Settings):
-    """A crack drawn in CAD as an outline, as two walls, or as a line with a width."""
+class GivenDrawing(GivenCrack):
+    """A crack drawn in CAD as two walls, or as a line with a width. s is 0 at its left end."""
 
     depth_mm: Depth
     """Depth of the crack."""
-    outline: Layer | None = None
-    """Layer with the crack's edge as a closed line. Default: OUTLINE, with stones on ISLANDS."""
     walls: tuple[Layer, Layer] | None = None
     """Two layers. Each has one wall as an open line."""
     line: Layer | None = None
@@ -73,19 +71,16 @@ class GivenDrawing(Settings):
     """Width of the crack whose middle is ``line``."""
     units: Literal["mm", "cm", "m", "inch", "foot"] | None = None
     """Unit of the drawing. It replaces the unit stated in the file and is required if the file states none."""
-    data: DataKind = "undeclared"
-    """Origin of the drawing. Reports state it unless it is "measured"."""
 
     @model_validator(mode="after")
-    def _one_way(self) -> Self:
+    def _in_a_single_form(self) -> Self:
         if (self.line is None) != (self.width_mm is None):
             raise ValueError("give both line and width_mm, or neither: a line alone has no width")
-        if sum(value is not None for value in (self.outline, self.walls, self.line)) > 1:
-            raise ValueError("give only one of outline, walls and line")
+        if (self.walls is None) == (self.line is None):
+            raise ValueError("give the layers of the two walls, or line with width_mm")
         return self
 
     @property
-    def layers(self) -> dict[str, Any]:
-        """Keyword arguments of ``drawn_crack``: the layers of outline, walls, or line with its width."""
-        along = None if self.line is None else (self.line, self.width_mm)
-        return {"outline": self.outline, "walls": self.walls, "line": along}
+    def layers(self) -> tuple[str, ...]:
+        """Layers that are read: that of the line, or those of both walls."""
+        return self.walls or ((self.line,) if self.line else ())

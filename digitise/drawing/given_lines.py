@@ -1,4 +1,4 @@
-"""Make the outline of a crack that is given in mm as a line with a width, two walls, or an edge. Nothing is traced.
+"""Make the outline of a crack that is given in mm as a line with a width, or as two walls. Nothing is traced.
 
 The walls of a line with a width are half of the width to either side of it. The crack's ends are square to the line,
 except at the edge of the face, where the crack ends in that edge.
@@ -89,34 +89,25 @@ def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name
     """Return the outline of a crack between two walls, (n, 2) and (m, 2). Straight lines join the walls' ends.
 
     Seen along the left wall, the crack is on its right. The second wall may run in either direction. An end on or
-    beyond the edge of the face is open. Raises InputError, with ``name`` first, if the walls cross or are exchanged.
+    beyond the edge of the face is open. Raises InputError, with ``name`` first, if the walls cross or are exchanged, or
+    if they bound no single crack with two ends.
     """
-    mouth = _between(left_mm, same_way(left_mm, right_mm), face_mm, name)
-    try:
-        return outline_within(mouth, face_mm, name, left_mm[0])
-    except ShapeError as fault:
-        raise InputError(f"{name}: {fault.wrong}") from None
-
-
-def outline_within(mouth: CrossSection, face_mm: Box | None, name: str, begin_mm: Floats | None = None) -> Given:
-    """Return the outline of a crack that fills a region, with s = 0 at the end nearest to ``begin_mm``.
-
-    Raises InputError, with ``name`` first, if the region is not one piece on the face, and ShapeError if it is not a
-    crack with two ends.
-    """
-    parts = pieces(mouth if face_mm is None else mouth ^ box_region(face_mm))
+    parts = pieces(_between(left_mm, same_way(left_mm, right_mm), face_mm, name))
     if len(parts) != 1:
         raise InputError(f"{name}: the crack has {len(parts)} pieces on the face of the sample. Draw it as one piece.")
     (mouth,) = parts
-    line = line_of_mouth(mouth, face_mm or NO_FACE_MM)
-    first_mm, last_mm = line.centreline_mm[[0, -1]]
-    if begin_mm is not None and np.linalg.norm(first_mm - begin_mm) > np.linalg.norm(last_mm - begin_mm):
+    try:
+        line = line_of_mouth(mouth, face_mm or NO_FACE_MM)
+    except ShapeError as fault:
+        raise InputError(f"{name}: {fault.wrong}") from None
+    first_mm, last_mm = np.linalg.norm(line.centreline_mm[[0, -1]] - left_mm[0], axis=1)
+    if first_mm > last_mm:
         line = replace(
             line,
             centreline_mm=line.centreline_mm[::-1],
             left_mm=line.right_mm[::-1],
             right_mm=line.left_mm[::-1],
-            ends=(line.ends[1], line.ends[0]),
+            ends=line.ends[::-1],
         )
     return _drawn(mouth, line, face_mm, name)
 
@@ -133,7 +124,7 @@ def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) 
     region, area_mm2 = CrossSection([ring_mm], FillRule.Positive), signed_area(ring_mm)
     if area_mm2 <= 0:
         raise InputError(f"{name}: the left wall is to the right of the right wall. Exchange the two walls.")
-    if region.area() < (1 - MAX_TRIMMED) * area_mm2 or region.num_contour() > 1:
+    if abs(region.area() - area_mm2) > MAX_TRIMMED * area_mm2 or region.num_contour() > 1:
         raise InputError(
             f"{name}: the walls cross: the crack crosses itself, or a bend is too tight for the crack's width."
         )

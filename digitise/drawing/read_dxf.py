@@ -5,7 +5,7 @@ that meet end to end are joined.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -15,12 +15,11 @@ import numpy as np
 import trimesh
 from ezdxf import edgeminer
 from ezdxf.path import make_path
-from manifold3d import CrossSection, FillRule
 from scipy.spatial import KDTree
 
-from digitise.drawing.given_lines import Given, outline_of_line, outline_within, same_way
-from digitise.geometry.polyline import Box, signed_area
-from digitise.geometry.region import traced_region
+from digitise.drawing.given import GivenDrawing
+from digitise.drawing.given_lines import Given, outline_between, outline_of_line, same_way
+from digitise.geometry.polyline import signed_area
 from digitise.mesh_import.import_mesh import MAX_MM
 from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
@@ -43,10 +42,7 @@ FARTHEST_MM = 1e6  # Largest coordinate: one kilometre from the drawing's origin
 SAG_MM = 0.02  # Largest distance of a curve from its chords, and of a line from level: a fifth of a photo's pixel
 MEETS_MM = 1e-3  # Largest gap between two lines that are joined
 COPY_MM = 1e-6  # Two lines are copies if their points differ by no more than this: digits are rounded in a file
-FACE, OUTLINE, ISLANDS = "FACE", "OUTLINE", "ISLANDS"
-"""Layers of 'sealtwin export': the edge of the sample, the crack's edge, and its stones."""
 MIN_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that can be injected
-BESIDE_MM2 = 1e-3  # An area up to this outside another line comes only from the chords of two curves
 
 
 @dataclass
@@ -60,11 +56,11 @@ class Drawing:
     hidden: set[str]  # Names of layers that are off or frozen, in upper case
     notes: list[Fact] = field(default_factory=list)
 
-    def lines(self, layer: str) -> tuple[list[Floats], list[Floats]]:
-        """Return the closed lines and the open lines of a layer, each (n, 2), in mm and in plan view.
+    def lines(self, layer: str) -> list[Floats]:
+        """Return the lines of a layer, each (n, 2), in mm and in plan view.
 
-        Lines that meet end to end are joined. A closed line does not repeat its first point. Parts that are not read,
-        such as widths of polylines, are listed in ``notes``. Raises InputError if there are no lines, if more than two
+        Lines that meet end to end are joined. A closed line repeats its first point. Parts that are not read, such as
+        widths of polylines, are listed in ``notes``. Raises InputError if there are no lines, if more than two
         lines meet at a point, or if a line is not level or is far from the drawing's origin.
         """
         left_out, ways, count = Counter[str](), dict[Any, Floats](), 0
@@ -136,12 +132,12 @@ class Drawing:
         fresh = np.append(True, (np.diff(points_mm[:, :2], axis=0) != 0).any(axis=1))
         return points_mm[fresh[: len(points_mm)], :2]
 
-    def _joined(self, ways: list[Floats], layer: str) -> tuple[list[Floats], list[Floats]]:
+    def _joined(self, ways: list[Floats], layer: str) -> list[Floats]:
         """Join open lines that meet end to end. A joined line has the direction of the part that was drawn first."""
-        rings, lines = [way_mm[:-1] for way_mm in ways if _closes(way_mm)], list[Floats]()
+        lines = [way_mm for way_mm in ways if _closes(way_mm)]
         edges = [edgeminer.make_edge(way[0], way[-1], payload=way) for way in ways if not _closes(way)]
         if not edges:
-            return rings, lines
+            return lines
         deposit = edgeminer.Deposit(edges, gap_tol=MEETS_MM)
         for vertex in deposit.unique_vertices():
             if (meeting := deposit.degree(vertex)) > 2:
@@ -151,13 +147,8 @@ class Drawing:
                 )
         for chain in edgeminer.find_all_simple_chains(deposit):
             way_mm = np.concatenate([edge.payload[:: -1 if edge.is_reverse else 1] for edge in chain])
-            if min(chain, key=lambda edge: edge.id).is_reverse:
-                way_mm = way_mm[::-1]
-            if _closes(way_mm):
-                rings.append(way_mm[:-1])
-            else:
-                lines.append(way_mm)
-        return rings, lines
+            lines.append(way_mm[:: -1 if min(chain, key=lambda edge: edge.id).is_reverse else 1])
+        return lines
 
 
 def open_drawing(path: Path, option: DrawnUnit | None) -> Drawing:
@@ -227,119 +218,49 @@ def _closes(way_mm: Floats) -> bool:
     return len(way_mm) > 3 and bool(np.linalg.norm(way_mm[0] - way_mm[-1]) <= MEETS_MM)
 
 
-def drawn_crack(
-    drawing: Drawing,
-    *,
-    outline: str | None = None,
-    walls: tuple[str, str] | None = None,
-    line: tuple[str, float] | None = None,
-) -> Given:
-    """Return the crack inside an ``outline``, between ``walls``, or along a ``line`` with a width in mm.
+def drawn_crack(drawing: Drawing, crack: GivenDrawing) -> Given:
+    """Return the crack between two drawn walls, in either order, or along a line with a width.
 
-    By default the crack is inside the closed line of the layer OUTLINE and outside the closed lines of the layer
-    ISLANDS. A rectangle on the layer FACE is the edge of the sample, and its lower left corner is the origin. Notes are
-    added to the drawing. Raises InputError if a layer is missing or its lines are of the wrong kind, and ShapeError if
-    the lines bound no crack.
+    s is 0 at the left end. Notes are added to the drawing. Raises InputError if a layer is missing, if its lines are of
+    the wrong kind, or if the lines bound no crack.
     """
-    face_mm, origin_mm = _face(drawing) if FACE in drawing.entities else (None, np.zeros(2))
-    if line is not None:
-        line_mm = _way(drawing, line[0])
-        _require_size(drawing, line_mm)
-        name = f"{drawing.file}, layer {line[0]}"
-        crack = outline_of_line(line_mm - origin_mm, np.array([[0.0, line[1]]]), face_mm, name)
+    lines_mm = [_way(drawing, layer) for layer in crack.layers]
+    _require_size(drawing, np.vstack(lines_mm))
+    name = f"{drawing.file}, layer {' and '.join(crack.layers)}"
+    first_mm = lines_mm[0] if lines_mm[0][0, 0] <= lines_mm[0][-1, 0] else lines_mm[0][::-1]
+    if crack.width_mm is not None:
+        drawn = outline_of_line(first_mm, np.array([[0.0, crack.width_mm]]), crack.box_mm, name)
     else:
-        edge_mm, stones_mm = _edge(drawing, outline, walls)
-        _require_size(drawing, edge_mm)
-        region, warnings = traced_region(edge_mm, stones_mm)
-        drawing.notes += warnings
-        region = region.translate((-origin_mm[0], -origin_mm[1]))
-        crack = outline_within(region, face_mm, str(drawing.file))
-    size = _size(crack[0].outline_mm)
-    text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {size}"
+        walls_mm = first_mm, same_way(first_mm, lines_mm[1])
+        upper_first = signed_area(np.concatenate([walls_mm[1], walls_mm[0][::-1]])) > 0
+        left_mm, right_mm = walls_mm if upper_first else walls_mm[::-1]
+        drawn = outline_between(left_mm, right_mm, crack.box_mm, name)
+    text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {_size(drawn[0].outline_mm)}" + (
+        "" if crack.face_mm else ", and closed at both ends, since face_mm is not given"
+    )
     drawing.notes.append(Fact("drawing.unit", text, drawing.unit))
-    return crack
+    return drawn
 
 
-def _edge(drawing: Drawing, outline: str | None, walls: tuple[str, str] | None) -> tuple[Floats, list[Floats]]:
-    """Return the crack's edge as a ring, and the rings of its stones."""
-    if walls is not None:
-        one_mm, other_mm = (_way(drawing, layer) for layer in walls)
-        return np.vstack([one_mm, same_way(one_mm, other_mm)[::-1]]), []
-    edge_mm, *stones_mm = _rings(drawing, outline or OUTLINE)
-    if outline is None and ISLANDS in drawing.entities:
-        stones_mm += _rings(drawing, ISLANDS)
-    _require_stones(drawing, edge_mm, stones_mm)
-    return edge_mm, stones_mm
-
-
-def sample_obj(outline: Outline, depth_mm: float) -> bytes:
-    """Return a mesh of the sample with upright walls and a level floor.
-
-    The format is OBJ, a text format that keeps all digits.
-    """
+def sample_stl(outline: Outline, depth_mm: float) -> bytes:
+    """Return a mesh of the sample with upright walls and a level floor, as an STL in text, which keeps all digits."""
     shape = CrackShape(depth_mm=depth_mm, tilt="vertical")
     mesh = carve(lay_out(outline, shape, 0.0), shape, ()).to_mesh64()
     solid = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
-    return str(solid.export(file_type="obj", digits=9)).encode()
-
-
-def _face(drawing: Drawing) -> tuple[Box, Floats]:
-    """Return the sample's face, a box from (0, 0), and the position of its lower left corner in the drawing.
-
-    Raises InputError if the layer FACE is not one rectangle.
-    """
-    ring_mm, *others = _rings(drawing, FACE)
-    low, high = ring_mm.min(axis=0), ring_mm.max(axis=0)
-    x, y = high - low
-    if others or signed_area(ring_mm) < x * y - BESIDE_MM2:
-        raise InputError(
-            f"{drawing.file}, layer {FACE}: it has {1 + len(others)} closed lines, the largest {_size(ring_mm)}. "
-            "Expected is one rectangle with sides along x and y, the edge of the sample. Draw that rectangle, or "
-            "move other lines to another layer."
-        )
-    return (0.0, 0.0, float(x), float(y)), low
-
-
-def _rings(drawing: Drawing, name: str) -> list[Floats]:
-    """Return the closed lines of a layer, largest first, counter-clockwise.
-
-    Raises InputError for an open line.
-    """
-    rings_mm, opened = drawing.lines(name)
-    if opened:
-        raise InputError(
-            f"{drawing.file}, layer {name}: it has {len(opened)} open lines; {drawing.gap(opened)}. Close the "
-            "line there."
-        )
-    rings_mm = [ring_mm[:: 1 if signed_area(ring_mm) > 0 else -1] for ring_mm in rings_mm]
-    return sorted(rings_mm, key=signed_area, reverse=True)
-
-
-def _require_stones(drawing: Drawing, edge_mm: Floats, stones_mm: Sequence[Floats]) -> None:
-    """Raise InputError for a stone that is not inside the crack's edge, or that overlaps another stone."""
-    free = CrossSection([edge_mm])
-    for ring_mm in stones_mm:
-        stone = CrossSection([ring_mm], FillRule.NonZero)
-        if (stone - free).area() > BESIDE_MM2:
-            raise InputError(
-                f"{drawing.file}: the closed line at {_middle(drawing, ring_mm)} is not inside the crack's edge (the "
-                f"closed line at {_middle(drawing, edge_mm)}), or overlaps another line inside it. Lines inside the "
-                "edge are stones, and a trial has one crack. Put each crack on its own layer and name that layer "
-                "with --outline."
-            )
-        free -= stone
+    return str(solid.export(file_type="stl_ascii")).encode()
 
 
 def _way(drawing: Drawing, name: str) -> Floats:
     """Return the single open line of a layer. Raises InputError for several lines or a closed line."""
-    rings_mm, lines_mm = drawing.lines(name)
-    if rings_mm or len(lines_mm) > 1:
-        gap = f"; {drawing.gap(lines_mm)}" if lines_mm else ""
+    line_mm, *others_mm = drawing.lines(name)
+    if _closes(line_mm):
+        raise InputError(f"{drawing.file}, layer {name}: it has a closed line. Draw one open line from end to end.")
+    if others_mm:
         raise InputError(
-            f"{drawing.file}, layer {name}: it has {len(rings_mm)} closed lines and {len(lines_mm)} open lines{gap}. "
-            "Draw a single open line from end to end."
+            f"{drawing.file}, layer {name}: it has {1 + len(others_mm)} lines; "
+            f"{drawing.gap([line_mm, *others_mm])}. Draw one open line from end to end."
         )
-    return lines_mm[0]
+    return line_mm
 
 
 def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
@@ -357,7 +278,3 @@ def _require_size(drawing: Drawing, crack_mm: Floats) -> None:
 
 def _size(points_mm: Floats) -> str:
     return "{:.4g} x {:.4g} mm".format(*np.ptp(points_mm, axis=0))
-
-
-def _middle(drawing: Drawing, ring_mm: Floats) -> str:
-    return drawing.place((ring_mm.min(axis=0) + ring_mm.max(axis=0)) / 2)

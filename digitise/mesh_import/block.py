@@ -67,10 +67,6 @@ class FacePlane:
         """Depth under the face at which the mouth is cut."""
         return max(BELOW_MM, BELOW_ROUGHNESS * self.roughness_mm)
 
-    def height_mm(self, points_mm: Floats) -> Floats:
-        """Return the height of the plane at points with x and y, (n,). ``points_mm`` is (n, 2)."""
-        return self.place_mm[2] - (points_mm - self.place_mm[:2]) @ self.normal[:2] / self.normal[2]
-
     @property
     def to_level(self) -> Floats:
         """Transform, (4, 4), that makes the plane level by the smallest rotation, and moves it to z = 0."""

@@ -1,4 +1,4 @@
-"""Find the crack in a block: its cavity, its mouth, a picture for reports, a path from a file, and sections along it.
+"""Find the crack in a block: its cavity, its mouth, a picture for reports, and sections along it.
 
 The walls may have any shape. The cavity is cut level by level. Each cell of a cut is assigned to the position along the
 crack whose line from wall to wall is nearest. The sections therefore add up to the cavity, even at oblique ends and in
@@ -6,7 +6,7 @@ sharp bends. There, planes square to the centreline would miss some of it or mee
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,23 +15,21 @@ from scipy.sparse import coo_array
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.geometry.polyline import Box, at_arc_length, coverage, resampled, signed_area
+from digitise.geometry.polyline import Box, at_arc_length, coverage, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.image.raster import Map
 from digitise.mesh_import.block import Block, parted
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
-from sealtwin.core.arc_length import arc_length, arc_length_at
-from sealtwin.core.errors import InputError, ShapeError
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
-from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Booleans, Floats, Outline, Sections
 
-# Limits of the choice of an opening, sizes of the picture, and limits of a path from a file.
+# Limits of the choice of an opening, and sizes of the picture.
 #
-# Each line says why its value was chosen. Areas and shares accept or refuse a mesh or a path. Sizes of the picture
-# change its look, and how precisely a path from a file enters the mouth.
+# Each line says why its value was chosen. Areas and shares accept or refuse a mesh.
 RIVAL = 0.5  # The choice is ambiguous if a second opening has more than this share of the largest opening's area
 PIT_MM2 = 1.0  # Another opening of at least this area gives a warning; smaller ones are pores
 SLICE_MM = 1e-3  # Depth below the flat top of a piece of the cavity at which the piece is sliced
@@ -40,10 +38,6 @@ MIN_ACROSS_PX = 10  # Least number of pixels over the crack's width: fewer would
 ROUND_MM = 15.0  # Width of the margin around the crack, with space for the overlay's legend
 FACE_GREY = 205.0  # Grey of the face
 MOUTH_GREY = 40.0  # Grey of the crack's mouth
-MAX_POINTS, FARTHEST_MM = 20_000, 1e6  # Largest number of points of a path file, and its largest coordinate
-MAX_BESIDE = 0.05  # Largest share of a path, between entry and exit, that may be beside the crack
-WHOLE = 0.9  # A path along the whole crack covers at least this share of the mouth; oblique ends take the rest
-SPACING_MM = 0.25  # Spacing of points on a path from a file, as for a centreline at 0.1 mm/px
 # Constants of the sections along the crack, and of the picture.
 STATION_MM = 1.0  # Spacing of sections, equal to that of the nozzle's waypoints
 MAX_STATIONS = 400  # Largest number of sections: more would take minutes on a long crack
@@ -51,14 +45,11 @@ FROM_END = 0.01  # Distance of the floor's first and last cut from the crack's e
 # Number of layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is right to 0.2 mm
 LEVELS = 48
 CELLS_ACROSS, MAX_CELLS = 24, 2_000_000  # Cells across the crack's width, and largest number of cells
-ACROSS_PX = 40  # Pixels over a crack's width: a path enters the mouth within a fortieth of the width
+ACROSS_PX = 40  # Pixels over a crack's width
 LARGEST_PX = 12_000_000  # Largest number of pixels of the picture, that of a phone's photo
 MAX_LINES = 4000  # Largest number of lines from wall to wall
 SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
 PART_WIDTHS = 0.12  # A cell this many widths from every line from wall to wall belongs to another part of the crack
-
-
-AS_READ = "The file is read as x and y in mm, in the mesh's own axes after the face was turned upward."
 
 
 @dataclass(frozen=True)
@@ -79,15 +70,15 @@ class Cavity:
         return -float(self.body.bounding_box()[2])
 
 
-def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cavity:
-    """Return the cavity below the opening that contains most points of the path.
+def find_cavity(block: Block, below_mm: float) -> Cavity:
+    """Return the cavity below the largest opening.
 
-    Without a path, the largest opening is used. Openings are searched for ``below_mm`` under the face. Raises
-    ShapeError if there is no cavity, if two openings may be the crack, or if the crack passes through the underside.
+    Openings are searched for ``below_mm`` under the face. Raises ShapeError if there is no cavity, if two openings may
+    be the crack, or if the crack passes through the underside.
     """
     face = box_region(block.face_mm)
     openings = (face - block.body.slice(-below_mm)).decompose()
-    mouth, warnings = _chosen(openings, on_path_mm)
+    mouth, warnings = _chosen(openings)
     bottom_mm = block.body.bounding_box()[2]
     _, rooms = parted(prism(face, bottom_mm - UNDER_MM, -below_mm), block.body)
     reached = [room for room in rooms.decompose() if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0]
@@ -106,35 +97,28 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     return Cavity(below + above, mouth, below_mm, warnings)
 
 
-def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, Facts]:
+def _chosen(openings: list[CrossSection]) -> tuple[CrossSection, Facts]:
     openings = sorted(openings, key=CrossSection.area, reverse=True)
     if not openings or openings[0].area() < PIT_MM2:
         raise ShapeError(
             "No crack opens in the face.", "Check mesh.up, the axis that points out of the cracked face.", "mouth"
         )
-    chosen, areas_mm2 = 0, [opening.area() for opening in openings]
-    if on_path_mm is not None:
-        chosen = int(np.argmax([_inside(opening, on_path_mm).sum() for opening in openings]))
-    elif len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
+    areas_mm2 = [opening.area() for opening in openings]
+    if len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
         (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
         raise ShapeError(
             f"Two openings may be the crack: {areas_mm2[0]:.0f} mm² around ({x0:.0f}, {y0:.0f}) and "
             f"{areas_mm2[1]:.0f} mm² around ({x1:.0f}, {y1:.0f}), in mm from the face's lower left corner.",
-            "Choose one with mesh.path.",
+            "Crop the mesh to one of them.",
             "rivals",
         )
-    pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= PIT_MM2]
+    pits = [area for area in areas_mm2[1:] if area >= PIT_MM2]
     largest_mm2 = max(pits, default=0.0)
     text = (
         f"{len(pits)} other openings of up to {largest_mm2:.1f} mm² in the face are not part of the crack, and "
         "sealant may run into them."
     )
-    return openings[chosen], (doubt("mesh.other-openings", text, largest_mm2, "mm²"),) if pits else ()
-
-
-def _inside(region: CrossSection, points_mm: Floats) -> Booleans:
-    """Return True for each point that is inside a region, (n,). Such points are inside an odd number of its rings."""
-    return np.logical_xor.reduce([points_in_poly(points_mm, ring) for ring in region.to_polygons()])
+    return openings[0], (doubt("mesh.other-openings", text, largest_mm2, "mm²"),) if pits else ()
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
@@ -174,52 +158,6 @@ def top_view(
         scale_source=source,
         warnings=warnings,
     )
-
-
-def read_path(path: Path) -> Floats:
-    """Read points in mm, (n, 2), from a CSV with the columns x_mm and y_mm. Raises InputError with file and row."""
-    limits_mm = (-FARTHEST_MM, FARTHEST_MM)
-    bounds = {"x_mm": limits_mm, "y_mm": limits_mm, "z_mm": limits_mm}
-    columns = read_columns(path, bounds, ("x_mm", "y_mm"), (2, MAX_POINTS))
-    points_mm = np.column_stack([columns["x_mm"], columns["y_mm"]])
-    if not np.ptp(points_mm, axis=0).any():
-        raise InputError(f"{path}: all points are the same. A path needs at least two different points.")
-    return points_mm
-
-
-def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
-    """Return the part of a line between its first and last point in the crack's mouth, evenly spaced.
-
-    Raises ShapeError if too much of it is outside the mouth.
-    """
-    even_mm = resampled(line_mm, SPACING_MM)
-    inside = _inside(mouth, even_mm)
-    first, last = np.flatnonzero(inside)[[0, -1]] if inside.any() else (0, 0)
-    beside = 1 - inside[first : last + 1].mean()
-    if first == last or beside > MAX_BESIDE:
-        wrong = f"The path is outside the crack on {beside:.0%} of its length (at most {MAX_BESIDE:.0%} is allowed)."
-        raise ShapeError(wrong, AS_READ, "path")
-    return even_mm[first : last + 1]
-
-
-def along(outline: Outline, photo: Photo, line_mm: Floats) -> Outline:
-    """Return the outline with ``line_mm`` as its centreline."""
-    middle_s_mm = np.maximum.accumulate(arc_length_at(line_mm, outline.centreline_mm).clip(0, outline.length_mm))
-    left_mm, right_mm = _walls_at(outline, middle_s_mm)
-    outline = replace(
-        outline,
-        **photo.in_both_units(centreline=line_mm, left_wall=left_mm, right_wall=right_mm),
-        path_source="line",
-    )
-    followed = outline.mean_width_mm * outline.length_mm / ((photo.brightness < 0.5).sum() * photo.mm_per_px**2)
-    if followed < WHOLE:
-        text = (
-            f"the path from the file is {outline.length_mm:.1f} mm long and follows only {100 * followed:.0f} % of "
-            'the crack\'s mouth. volume_ml = "cavity" would put the sealant for the whole crack on this part. Set '
-            "volume_ml to a number, or give a path along the whole crack"
-        )
-        outline = replace(outline, warnings=(*outline.warnings, doubt("mesh.path-short", text, followed)))
-    return outline
 
 
 def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:

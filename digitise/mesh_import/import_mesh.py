@@ -12,15 +12,7 @@ from digitise.geometry.mesh_topology import examine_mesh, normals
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import MEND, STEEPEST, Block, FacePlane, closed_body, cut_block, find_face, one_surface
-from digitise.mesh_import.cavity import (
-    Cavity,
-    along,
-    cavity_sections,
-    find_cavity,
-    in_mouth,
-    photograph,
-    read_path,
-)
+from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, photograph
 from digitise.mesh_import.mouth_line import line_of_mouth, outline_of
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
@@ -65,17 +57,13 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     """
     path = folder / settings.file
     try:
-        return _imported(settings, folder, path)
+        return _imported(settings, path)
     except ShapeError as fault:
         raise ShapeError(fault.wrong, fault.remedy, fault.kind, path) from None
 
 
-def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
+def _imported(settings: MeshInput, path: Path) -> ImportedSample:
     mesh = read_mesh(path)
-    if mesh.unit_mm not in (None, MM[settings.units]):
-        stated = next((unit for unit in MM if MM[unit] == mesh.unit_mm), f"{mesh.unit_mm:g} mm")
-        wrong = f"Its unit is {stated}, but units = {settings.units}."
-        raise ShapeError(wrong, "Set units to the file's unit, or save the mesh in mm.", "size")
     triangles = len(mesh.faces)
     vertices_mm, faces, repairs = one_surface(upright_mm(mesh, settings), mesh.faces)
     # Each step takes hundreds of megabytes for two million triangles.
@@ -83,17 +71,10 @@ def _imported(settings: MeshInput, folder: Path, path: Path) -> ImportedSample:
     body, left_out = closed_body(vertices_mm, faces)
     plane = find_face(vertices_mm, faces)
     block = cut_block(body.transform(plane.to_level[:3]), plane.below_mm)
-    placed, line_mm = block.placed @ plane.to_level, None
-    if settings.path is not None:
-        given_mm = read_path(folder / settings.path)
-        given_mm = np.column_stack([given_mm, plane.height_mm(given_mm)])
-        line_mm = trimesh.transform_points(given_mm, placed)[:, :2]
-    cavity = find_cavity(block, plane.below_mm, line_mm)
+    placed = block.placed @ plane.to_level
+    cavity = find_cavity(block, plane.below_mm)
     photo = photograph(block, cavity, path, settings.units)
-    line_mm = None if line_mm is None else in_mouth(cavity.mouth, line_mm)
-    line = line_of_mouth(cavity.mouth, block.face_mm, None if line_mm is None else line_mm[[0, -1]])
-    outline = outline_of(line, cavity.mouth, photo, "mesh")
-    outline = outline if line_mm is None else along(outline, photo, line_mm)
+    outline = outline_of(line_of_mouth(cavity.mouth, block.face_mm), cavity.mouth, photo, "mesh")
     origin = MeshOrigin(
         file=path.name,
         triangles_read=triangles,

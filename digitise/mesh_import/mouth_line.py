@@ -54,7 +54,6 @@ STATIONS = 16  # Stations of the outline per width
 SMOOTHING, RETURNS = 0.25, 4
 # Distance over which the growth of fitting circles is measured, and largest growth per distance outside a corner
 OPENS_OVER, OPENS = 0.25, 0.15
-END_WIDTHS = 2.0  # A crack that ends within this many widths beyond a path from a file ends there; a longer one is cut
 ON_SIDE_MM = 1e-3  # The rim is an opening within this distance of the face's edge
 ARM_GAP = 0.1  # Gap between a side arm and the circles in the main crack
 # Least depth of a side arm, over the width of its mouth; at a bend, outer corners are shallower than the second
@@ -84,13 +83,12 @@ class _End:
     tip: tuple[float, ...] = ()  # Position of the middle of a closed end's front
 
 
-def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None = None) -> MouthLine:
-    """Return the line along the longest way through the mouth, or along the way between two points, (2, 2).
+def line_of_mouth(mouth: CrossSection, face_mm: Box) -> MouthLine:
+    """Return the line along the longest way through the mouth, from its left end.
 
     An open end is on the edge of the face, half way between the walls. A closed end is where the straight continuation
-    of the middle meets the crack's front. A crack that continues past the points ``between_mm`` is cut there, square to
-    the line. Islands count as crack, and side arms do not. Raises ShapeError if the mouth is a ring or too short, or if
-    its walls do not face each other along one line.
+    of the middle meets the crack's front. Islands count as crack, and side arms do not.
+    Raises ShapeError if the mouth is a ring or too short, or if its walls do not face each other along one line.
     """
     rings_mm = [np.asarray(ring, dtype=float) for ring in mouth.to_polygons()]
     outer = CrossSection([max(rings_mm, key=signed_area)])
@@ -101,7 +99,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
             "Close it at one point.",
             "walls",
         )
-    path_mm, width_mm = _rough_path(outer, between_mm)
+    path_mm, width_mm = _rough_path(outer)
     ring_mm = np.asarray(outer.simplify(SMOOTH * width_mm).to_polygons()[0], dtype=float)
     # A pixel at the rim has its centre outside.
     inside = np.flatnonzero(points_in_poly(path_mm, ring_mm))
@@ -114,9 +112,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
             f"long, and it is {width_mm:.1f} mm wide. A crack is at least {MIN_SLENDERNESS:g} times as long as wide."
         )
     ring_mm, arms = _without_arms(ring_mm, path_mm, width_mm)
-    first, last = (
-        _end_before(ring_mm, way_mm, width_mm, face_mm, between_mm is None) for way_mm in (path_mm, path_mm[::-1])
-    )
+    first, last = (_end_before(ring_mm, way_mm, width_mm, face_mm) for way_mm in (path_mm, path_mm[::-1]))
     right_mm, left_mm = _stretch(ring_mm, first.leaves, last.arrives), _stretch(ring_mm, last.leaves, first.arrives)
     tips_mm = [_ring_points(ring_mm, end.tip) for end in (first, last)]
     lines_mm = _middle(left_mm[::-1], right_mm, tips_mm, width_mm)
@@ -155,7 +151,7 @@ def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Flo
     warning = (
         f"the path does not follow the side arms ({len(feet)}, up to {reach_mm.max():.0f} mm long; the longest at s = "
         f"{arc_length(centre_mm)[feet[reach_mm.argmax()]]:.0f} mm). The cavity includes them, and their sealant is "
-        "given along the path. Set path.volume_ml to give another volume, or give mesh.path to follow another arm"
+        "given along the path. Set path.volume_ml to give another volume"
     )
     lines_mm = tuple(np.vstack([centre_mm[foot], arm_mm]) for foot, arm_mm in zip(feet, arms_mm, strict=True))
     return lines_mm, (doubt("mesh.side-arms", warning, float(reach_mm.max()), "mm"),)
@@ -172,25 +168,18 @@ def _require_swept(lines_mm: Floats) -> None:
         raise ShapeError(
             f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} "
             f"mm², but the area between the walls is {between_mm2:.0f} mm².",
-            "Give mesh.path, a line along the crack's middle that ends in a straight part of the crack, or crop the "
-            "mesh.",
+            "Crop the mesh, so that the crack ends in a straight part.",
             "walls",
         )
 
 
-def _rough_path(outer: CrossSection, between_mm: Floats | None) -> tuple[Floats, float]:
+def _rough_path(outer: CrossSection) -> tuple[Floats, float]:
     """Return a path along the middle of a region without islands, (n, 2), and the region's typical width."""
     low, high = np.reshape(outer.bounds(), (2, 2))
     view, mm_per_px, share = seen_from_above(outer, strip_width_mm(outer), low, high)
     region = share > COVERED
     to_rim = medial_axis.radius(region)
-    if between_mm is None:
-        way = medial_axis.rightward(medial_axis.longest_line(region))
-    else:
-        cells = np.argwhere(region)
-        nearest = KDTree(cells).query(view.to_px(between_mm)[:, ::-1])[1]
-        cost = np.where(region, 1 / np.maximum(to_rim, 1), -1)
-        way = np.array(route_through_array(cost, *cells[nearest])[0])
+    way = medial_axis.rightward(medial_axis.longest_line(region))
     width_mm = max(2 * np.median(to_rim[tuple(way.T)]) - 1, 1.0) * mm_per_px
     return resampled(view.to_mm(way[:, ::-1].astype(float)), width_mm / STEPS_ACROSS), width_mm
 
@@ -228,28 +217,25 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
     return rim_mm[main], arms
 
 
-def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, whole: bool) -> _End:
-    """Return the end of the crack before the first point of a path. A ``whole`` path leads to the crack's own ends."""
-    s_mm, begin = arc_length(path_mm), 0
+def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box) -> _End:
+    """Return the end of the crack before the first point of a path."""
+    s_mm = arc_length(path_mm)
     radius_mm = np.asarray(KDTree(ring_mm).query(path_mm)[0])
-    if whole:
-        # A skeleton turns into a corner of the front. There the circles that fit shrink fast.
-        grows_mm = np.interp(s_mm + OPENS_OVER * width_mm, s_mm, radius_mm) - radius_mm
-        begin = int(np.argmax(grows_mm < OPENS * OPENS_OVER * width_mm))
+    # A skeleton turns into a corner of the front. There the circles that fit shrink fast.
+    grows_mm = np.interp(s_mm + OPENS_OVER * width_mm, s_mm, radius_mm) - radius_mm
+    begin = int(np.argmax(grows_mm < OPENS * OPENS_OVER * width_mm))
     inner = int(np.searchsorted(s_mm, s_mm[begin] + max(radius_mm[begin], OPENS_OVER * width_mm)))
     inner = min(inner, len(path_mm) - 1)
     aside = to_left(unit(path_mm[begin] - path_mm[inner]))
-    sides = [[_exit(ring_mm, path_mm[number], turn * aside)[1] for turn in (-1, 1)] for number in (begin, inner)]
+    sides = [[_exit(ring_mm, path_mm[number], turn * aside) for turn in (-1, 1)] for number in (begin, inner)]
     near_mm, far_mm = (_ring_points(ring_mm, places).mean(axis=0) for places in sides)
-    distance_mm, tip = _exit(ring_mm, near_mm, unit(near_mm - far_mm))
+    tip = _exit(ring_mm, near_mm, unit(near_mm - far_mm))
     end_mm = _ring_points(ring_mm, [tip])[0]
     side = nearest_side(end_mm, face_mm)
     if abs(end_mm[side % 2] - face_mm[side]) < ON_SIDE_MM:
         beside, edge = np.abs(ring_mm[:, side % 2] - face_mm[side]) < ON_SIDE_MM, int(tip) + 1
         before, after = (int(np.argmin(np.roll(on, turn))) for on, turn in ((beside[::-1], edge), (beside, -edge)))
         return _End("open", (edge - before) % len(ring_mm), (edge - 1 + after) % len(ring_mm))
-    if not whole and distance_mm > END_WIDTHS * width_mm:
-        return _End("cut", sides[0][0], sides[0][1])
     before, after = _corner(ring_mm, sides[0][0], tip), _corner(ring_mm, tip, sides[0][1])
     return _End("closed", before, after, (tip,))
 
@@ -261,15 +247,15 @@ def _corner(ring_mm: Floats, begin: float, end: float) -> float:
     return (int(begin) + corner) % len(ring_mm) if corner else begin
 
 
-def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> tuple[float, float]:
-    """Return the distance at which a ray from inside the ring first meets it, and that position on the ring."""
+def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> float:
+    """Return the position on the ring at which a ray from inside first meets it."""
     step, gap = np.roll(ring_mm, -1, axis=0) - ring_mm, ring_mm - place_mm
     turn = cross(ahead, step)
     with np.errstate(divide="ignore", invalid="ignore"):
         away_mm, share = cross(gap, step) / turn, cross(gap, ahead) / turn
     away_mm[~((share >= 0) & (share <= 1) & (away_mm >= 0))] = np.inf
     first = int(np.argmin(away_mm))
-    return float(away_mm[first]), first + float(share[first])
+    return first + float(share[first])
 
 
 def _ring_points(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:

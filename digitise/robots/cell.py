@@ -193,8 +193,6 @@ class ProgramOptions(Settings):
 
     formats: tuple[AnyFormat, ...] = ()
     """Formats to write. "all" writes each format for which the cell has a table. Default: the cell's formats."""
-    allow_automatic: bool = False
-    """Accept a crack that was found automatically. Check the crack before you set this."""
 
 
 @dataclass(frozen=True)

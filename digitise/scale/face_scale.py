@@ -1,4 +1,4 @@
-"""Find the scale from the size of the sample's face and its four corners, which are given or detected.
+"""Find the scale from the size of the sample's face and its four corners, and refine corners of quadrilaterals.
 
 The corners of a quadrilateral are where lines through its edges meet, since blur rounds the corners off. On synthetic
 photos these corners are off by 0.04 px RMS for markers. Those of ``cv2.cornerSubPix`` are off by 0.08 px, and those of
@@ -16,19 +16,10 @@ from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-WORK_PX = 800  # Longer side of the copy in which the face is searched for; its edges are refined on the photo itself
-REACH = 0.012  # Distance to either side of a rough edge within which it is refined, over the photo's longer side
-MIN_AREA = 0.1  # Smallest area of a face, over the photo's
-# Least margin around a detected face, over the photo's shorter side: what reaches the border is a board
-MIN_MARGIN = 0.02
-MIN_FILLED = 0.7  # Smallest share of its convex hull that a face fills, without its crack and pores
-MAX_SLENDER = 1.6  # Largest logarithm of the aspect ratio of a face of unknown size; a straight crack is longer
-MIN_PART = 0.3  # Smallest part of a face that a crack divides, over the largest part; markers are a tenth of a face
-# Largest logarithm of the ratio of a face's aspect to that of face_mm; perspective changes it far less
-ASPECT_TOLERANCE = 0.2
-MAX_FORESHORTENED = 0.7  # The same for corners from the user, for a camera 60 degrees off; a wrong order gives more
-# Standard deviation of a corner's coordinates: clicked, and found by edges with a soft shadow
-CLICKED_PX, FOUND_PX = 1.0, 0.5
+# Largest logarithm of the ratio of the corners' aspect to that of face_mm, for a camera 60 degrees off; a wrong order
+# gives more
+MAX_FORESHORTENED = 0.7
+CLICKED_PX = 1.0  # Standard deviation of a clicked corner's coordinates
 FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm at two sigma
 # Constants of the fit of a quadrilateral's straight edges, which are found to a few hundredths of a pixel.
 ROWS = 100  # Samples along each edge. A crack, dirt or a shadow spoils some; more samples do not change the result
@@ -42,31 +33,25 @@ GAP = 0.1  # Least depth of a dark gap beside an edge, over the darker side's li
 
 
 def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
-    """Return the scale from a homography that is fitted to the face's four corners, given or detected.
+    """Return the scale from a homography that is fitted to the face's four corners.
 
-    Raises InputError if the photo shows no such face.
+    Raises InputError if the corners are missing or cannot be those of the face.
     """
     width_mm, height_mm = face_mm[2:]
-    corners_px, bend_px, noise_px = given_corners(pixels, settings), None, CLICKED_PX
+    corners_px = given_corners(pixels, settings)
     if corners_px is None:
-        face, expected = _face(pixels.brightness), width_mm / height_mm
-        if face is None or abs(np.log(_aspect(face[0]) / expected)) > ASPECT_TOLERANCE:
-            raise InputError(
-                f"{pixels.file}: no face that is {expected:.2f} times as wide as high, like face_mm, stands out from "
-                "its surroundings. Check face_mm (width, height in the photo), or give face_corners_px."
-            )
-        (corners_px, bend_px), noise_px = face, FOUND_PX
-    fit = fit_corners(corners_px, rectangle(face_mm), noise_px)
+        raise InputError(
+            f"{pixels.file}: face_mm gives the scale only together with face_corners_px, the four corners of the face. "
+            "Click them with 'sealtwin trace', or give another scale."
+        )
+    fit = fit_corners(corners_px, rectangle(face_mm), CLICKED_PX)
     places = places_px(fit.view, face_mm)
-    mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
     # The scale is the geometric mean of both directions, to which each side contributes half.
     by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
     return Scale(
         view=fit.view,
-        mm_per_px=mm_per_px,
-        scale_source=f"face of {width_mm:g} x {height_mm:g} mm, "
-        f"{'corners given' if bend_px is None else 'found by its edges'}",
-        scale_residual_mm=None if bend_px is None else bend_px * mm_per_px,
+        mm_per_px=float(fit.view.mm_per_px_at(places)[MIDDLE]),
+        scale_source=f"face of {width_mm:g} x {height_mm:g} mm, corners given",
         scale_uncertainty=float(np.hypot(fit.spread_of_scale(places), by_caliper)),
         face_mm=face_mm,
     )
@@ -94,56 +79,6 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
             "correct face_mm (width, height in the photo)."
         )
     return corners_px
-
-
-def see_face(brightness: Map) -> Floats | None:
-    """Return the corners of a face of unknown size, (4, 2) in px. None if no filled region has four straight sides.
-
-    Without these corners the shadow of a face would be the longest dark line in the photo. All four edges must be
-    inside the photo.
-    """
-    face = _face(brightness)
-    if face is None:
-        return None
-    height, width = brightness.shape
-    inside_px = depth_inside(face[0], (0, 0, width - 1, height - 1)).min()
-    slender = abs(np.log(_aspect(face[0]))) > MAX_SLENDER
-    return None if slender or inside_px <= MIN_MARGIN * min(width, height) else face[0]
-
-
-def _face(brightness: Map) -> tuple[Floats, float] | None:
-    """Return the corners of the face, and the RMS misfit of its edges in px. None if there is no face."""
-    rough_px = _rough_corners(brightness)
-    return None if rough_px is None else refined_corners(brightness, rough_px, REACH * max(brightness.shape))
-
-
-def _rough_corners(brightness: Map) -> Floats | None:
-    """Return the largest filled region that differs from the photo's border, as a quadrilateral, (4, 2) in px.
-
-    The region may be brighter or darker than the border. Returns None if there is none.
-    """
-    scale = min(1.0, WORK_PX / max(brightness.shape))
-    small = cv2.resize(brightness, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    small = np.sqrt(cv2.GaussianBlur(small, (0, 0), 2))
-    grey = np.rint(255 * small / max(small.max(), 1e-6)).astype(np.uint8)
-    bright = cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)[1]
-    border = np.concatenate([*bright[[0, -1]], *bright[:, [0, -1]].T])
-    unlike = (bright != (border.mean() > 0.5)).astype(np.uint8)
-    count, label, stats, _ = cv2.connectedComponentsWithStats(
-        cv2.morphologyEx(unlike, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
-    )
-    if count < 2:
-        return None
-    area = stats[1:, cv2.CC_STAT_AREA]
-    # An open crack divides the face in two.
-    parts = np.isin(label, 1 + np.flatnonzero(area > MIN_PART * area.max()))
-    hull = cv2.convexHull(np.argwhere(parts)[:, ::-1].astype(np.float32), clockwise=True)
-    quad = cv2.approxPolyDP(hull, 0.02 * cv2.arcLength(hull, True), True)[:, 0].astype(float)
-    hull_px2 = cv2.contourArea(hull)
-    if len(quad) != 4 or hull_px2 < MIN_AREA * label.size or parts.sum() < MIN_FILLED * hull_px2:
-        return None
-    # OpenCV's clockwise is counter-clockwise as seen, since y is down. The lower left corner is the first.
-    return (np.roll(quad, -int(np.argmax(quad @ (-1, 1))), axis=0) + 0.5) / scale - 0.5
 
 
 def side_lengths(corners: Floats) -> Floats:

@@ -18,7 +18,7 @@ from digitise.crack_path.find_path import CrackSearch, LiveWire, RivalCracksErro
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.painted_path import painted_path
 from digitise.geometry.polyline import signed_area
-from digitise.outline import PROPOSAL, trace_outline
+from digitise.outline import trace_outline
 from digitise.photo import Photo, read_pixels, scaled
 from digitise.scale.marker_scale import PRINTED_MM, board_around, seen_markers
 from digitise.settings import (
@@ -28,14 +28,13 @@ from digitise.settings import (
     Pixel,
     PixelPair,
     Region,
-    Strokes,
     Tilt,
     Walls,
 )
-from digitise.walls.doubts import BY_STROKES
+from digitise.walls.doubts import PLAUSIBLE
 from sealtwin.core.arrays import Pixels
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import of_keys, texts, without
+from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.settings import Settings, checked
 
@@ -43,9 +42,7 @@ TILE_PX = 512
 JPEG_QUALITY = 92  # Blocks of a lower JPEG quality look like grain when enlarged
 UNSCALED_MM_PER_PX = 1.0  # Scale of a photo without one, so that lengths in mm are lengths in px
 CHOOSE = "{count} lines may be the crack: click the number of the right one, or press its key."
-CHOOSE_ONE = (
-    "This line may be the crack, but that is not certain: click its number, press its key, or click the crack's ends."
-)
+CHOOSE_ONE = "This line may be the crack: click its number, press its key, or click the crack's ends."
 Answer = dict[str, Any]
 T = TypeVar("T")
 Until = Literal["scale", "path", "walls"]
@@ -73,8 +70,6 @@ class Hints(PageSettings):
     via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MAX_VIA)
     roi_px: Region | None = None
     walls_px: Walls | None = None
-    crack_strokes_px: Strokes | None = None
-    ground_strokes_px: Strokes | None = None
     branches: Literal["drop", "keep"] | None = None
     mm_per_px: float | None = None
     scale_is: Literal["measured", "assumed"] | None = None
@@ -228,7 +223,7 @@ class TraceSession:
 
     def _steps(self, hints: Hints, revision: float) -> Iterator[tuple[str, Answer | list[Answer] | str | None]]:
         photo, refused = self._scaled(hints)
-        yield "scale", _scale_answer(photo, refused, hints.face_corners_px is None and not photo.markers_px)
+        yield "scale", _scale_answer(photo, refused)
         with self._searching if hints.ends_px is None else self._clicking:
             self._check_newest(revision)
             try:
@@ -291,18 +286,14 @@ class TraceSession:
         return self._kept("wire", photo, (roi_px,), lambda: LiveWire(photo, roi_px))
 
 
-def _scale_answer(photo: Photo, refused: str | None, by_edges: bool) -> Answer:
-    """Return the scale as fields of an answer.
-
-    ``corners_px`` are the face's corners if its edges gave them, and None otherwise. The user can adjust them.
-    """
+def _scale_answer(photo: Photo, refused: str | None) -> Answer:
+    """Return the scale as fields of an answer."""
     in_mm = photo.unit == "mm"
-    rings = {"face_px": photo.face_ring_px, "corners_px": photo.face_px if by_edges else None}
     answer: Answer = {
         "refused": refused,
         "markers_px": [_rounded(corners) for corners in photo.markers_px],
         "mm_per_px": photo.mm_per_px if in_mm else None,
-        **{name: _rounded(ring) if in_mm and ring is not None else None for name, ring in rings.items()},
+        "face_px": _rounded(photo.face_ring_px) if in_mm and photo.face_ring_px is not None else None,
     }
     if in_mm:
         answer |= {
@@ -351,9 +342,8 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
         # Islands run clockwise, so that their area is negative.
         "area": sum(map(signed_area, (outline.outline_mm, *outline.islands_mm))),
         "ends": outline.ends,
-        "doubtful": bool(of_keys(outline.warnings, BY_STROKES)),
-        # The page itself asks for confirmation.
-        "warnings": texts(without(outline.warnings, PROPOSAL.key)),
+        "doubtful": bool(of_keys(outline.warnings, PLAUSIBLE)),
+        "warnings": texts(outline.warnings),
     }
 
 

@@ -265,7 +265,7 @@ def _check_found(photo: Photo, strip: Strip, seen: Booleans, span_mm: Span, most
         raise WallsMissingError(
             f"{photo.file}: walls were not found along {missing:.0%} of the path (at most {MAX_MISSING:.0%} is "
             "allowed). Check the photo for shadows and dirt along the crack, and give ends_px of a clearer part. Or "
-            "draw over what is surely crack and surely ground in crack_strokes_px and ground_strokes_px. Or paint "
-            "the crack by hand in photo.mask, for example if the ground is coarse."
+            "draw the walls in walls_px, or paint the crack by hand in photo.mask, for example if the ground is "
+            "coarse."
         )
     return missing

@@ -58,7 +58,7 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: 
     """Return the crack between the rims of the dark region along ``path``, at ``wall_share`` of the contrast.
 
     Pixels that are ``hidden`` do not count. Raises InputError if the region is too narrow. Raises InputError also if it
-    does not stand out from the ground as a crack does, unless a user has ``insisted`` on it by strokes.
+    does not stand out from the ground as a crack does, unless a user has ``insisted`` on it by drawn walls.
     """
     factor = max(1, int(path.width_px / ENOUGH_PX))
     if factor > 1:

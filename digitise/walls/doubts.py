@@ -61,14 +61,14 @@ FITTED = 1.25  # Largest upper quartile of the width, in ``MIN_WIDTH_PX``, of a 
 BAND = (
     "beside a wall there is a band that is neither as dark as the crack nor as bright as the ground, for example "
     "debris, oil or shade near {} px, so two positions of the wall are plausible. On average the crack is {:.3g} {} "
-    "wide without such bands and {:.3g} with them. Check the lines over the photo (overlay.png). If a band is crack, "
-    "draw over it in crack_strokes_px, and if it is ground, in ground_strokes_px"
+    "wide without such bands and {:.3g} with them. Check the lines over the photo (overlay.png). Draw the "
+    "true wall beside each band in walls_px"
 )
 BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
 
 
-BY_STROKES = "walls.plausible"
-"""First part of the key of doubts about walls that drawn strokes may settle."""
+PLAUSIBLE = "walls.plausible"
+"""First part of the key of doubts about walls that a wall drawn by hand may settle."""
 
 
 def with_doubts(outline: Outline, *doubts: Fact, **fields: Any) -> Outline:
@@ -135,7 +135,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     middle_px = photo.to_px(np.stack([ring_mm.mean(axis=0) for ring_mm in rings_mm[:LISTED]]))
     return with_doubts(
         outline,
-        doubt(f"{BY_STROKES}.band", BAND.format(listed(middle_px), low_mm, photo.unit, high_mm)),
+        doubt(f"{PLAUSIBLE}.band", BAND.format(listed(middle_px), low_mm, photo.unit, high_mm)),
         bands_mm=tuple(rings_mm),
         width_95_mm=(min(least_wide_mm, low_mm - sure_mm), max(most_wide_mm, high_mm + sure_mm)),
         walls=(*outline.walls, *stretches),

@@ -346,7 +346,6 @@ def write_robot_program(
     *,
     formats: Sequence[str] | None = None,
     name: str = "",
-    allow_automatic: bool | None = None,
 ) -> list[Path]:
     """Write a nozzle path as robot programs in the robot's frame. The path is checked against the limits of the cell.
 
@@ -370,8 +369,7 @@ def write_robot_program(
     Raises
     ------
     InputError
-        The cell is not valid or has no table for a format, the path exceeds a limit of the cell, or the crack was found
-        automatically and is not confirmed.
+        The cell is not valid or has no table for a format, or the path exceeds a limit of the cell.
 
     Examples
     --------
@@ -383,10 +381,9 @@ def write_robot_program(
     ['path.csv', 'robot.json']
     """
     options = settings_from(ProgramOptions, "write_robot_program", locals())
-    from sealtwin.trial.exports import REPORT, CellFile, require_confirmed, write_programs
+    from sealtwin.trial.exports import REPORT, CellFile, write_programs
 
     of_one_crack("write_robot_program", crack, path)
-    require_confirmed("write_robot_program", crack, options)
     origin = {
         "trial": name or "not named",
         "run": "from Python",

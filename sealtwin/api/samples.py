@@ -216,7 +216,6 @@ def build_solid(
 def import_mesh(
     mesh: FilePath,
     *,
-    path: FilePath | None = None,
     data: DataKind = "undeclared",
     **keywords: Any,
 ) -> tuple[CrackOutline, Solid]:
@@ -227,7 +226,7 @@ def import_mesh(
     Parameters
     ----------
     mesh
-        A mesh file: STL, PLY, OBJ, GLB or 3MF.
+        A mesh file: STL, PLY or GLB.
 
     Returns
     -------
@@ -241,12 +240,11 @@ def import_mesh(
 
     Examples
     --------
-    >>> crack, solid = st.import_mesh("crack.obj", units="mm")
+    >>> crack, solid = st.import_mesh("crack.stl", units="mm")
     >>> round(crack.length_mm), round(solid.depth_mm)
     (60, 10)
     """
-    line = None if path is None else file_of(path, "path")
-    settings = settings_from(MeshInput, "import_mesh", locals(), file=file_of(mesh, "mesh"), path=line)
+    settings = settings_from(MeshInput, "import_mesh", locals(), file=file_of(mesh, "mesh"))
     from digitise.mesh_import.import_mesh import import_sample
 
     sample = import_sample(settings, Path())
@@ -346,12 +344,12 @@ def import_dxf(
     Parameters
     ----------
     drawing
-        A DXF file. A closed line on the layer FACE is the edge of the sample.
+        A DXF file.
 
     Returns
     -------
     tuple of CrackOutline and Solid
-        The crack and the solid in mm. z is 0 on the face, and the origin is the face's lower left corner. The crack's
+        The crack and the solid in mm. z is 0 on the face, and the origin is that of the drawing. The crack's
         ``warnings`` state the drawing's unit and the parts of the drawing that were not read.
 
     Raises
@@ -372,7 +370,7 @@ def import_dxf(
 
     drawn = open_drawing(file, settings.units)
     try:
-        outlined, photo = drawn_crack(drawn, **settings.layers)
+        outlined, photo = drawn_crack(drawn, settings)
         solid = build_solid(outlined, CrackShape(depth_mm=settings.depth_mm, tilt="vertical"))
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None

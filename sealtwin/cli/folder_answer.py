@@ -32,8 +32,6 @@ def batch_answer(batch: Batch) -> Answer:
         lines.insert(0, f"{'photo':<{broad}}  width mm length mm cavity ml sealant ml  path")
     sheet, table = batch.out / SHEET, batch.out / CSV
     lines.append(f"{len(batch.done)} of {len(batch.rows)} photos are digitised. Check {sheet}. Table: {table}")
-    if proposals := sum(row.path_source == "automatic" for row in batch.done):
-        lines.append(f"{proposals} cracks were found automatically. Check them.")
     if undeclared := sum(row.data == "undeclared" for row in batch.done):
         origins = "Declare it with photo.data (measured, reconstructed, synthetic)"
         lines.append(f"The origin of {counted(undeclared, 'photo')} is not declared. {origins}.")

@@ -11,8 +11,7 @@ from sealtwin.core.errors import InputError, present
 
 if TYPE_CHECKING:
     from digitise.settings import PhotoInput
-    from sealtwin.material import MeasuredPaste, PasteOnPlate
-    from sealtwin.material.by_bead import LaidBead
+    from sealtwin.material import MeasuredPaste, PasteSettings
     from sealtwin.material.by_rheometer import FlowCurve
     from sealtwin.material.by_spread import Heap
     from simulate.material_file import Material
@@ -35,20 +34,6 @@ def spread(command: Command, photo: PastePhoto, options: "Heap", settings: Given
     _reply(command, out, material_of(_photo(photo, options, settings), options, command.warn))
 
 
-@answers(*FRAME, needs=FRAME, options="sealtwin.material.by_bead:LaidBead")
-def bead(
-    command: Command, photo: PastePhoto, options: "LaidBead", settings: Given, out: MaterialFile = MATERIAL
-) -> None:
-    """Measure a paste's yield stress, and the pump's flow and delay, from a bead that a robot laid.
-
-    Example: sealtwin material bead bead.jpg --markers frame.toml --face-mm 90x60 --mass-g 4.36 --density-kg-m3 1690
-    --asked-mm3-s 320 --speed-mm-s 5 --data measured
-    """
-    from sealtwin.material.by_bead import material_of_bead
-
-    _reply(command, out, material_of_bead(_photo(photo, options, settings), options, command.warn))
-
-
 @answers(options="sealtwin.material.by_rheometer:FlowCurve")
 def rheometer(
     command: Command,
@@ -68,11 +53,11 @@ def rheometer(
 methods = typer.Typer(
     name="material", help="Measure a paste, and write material.toml for trials.", no_args_is_help=True
 )
-for method in (spread, bead, rheometer):
+for method in (spread, rheometer):
     methods.command(cls=CheckedCommand)(method)
 
 
-def _photo(file: Path, paste: "PasteOnPlate", settings: Given) -> "PhotoInput":
+def _photo(file: Path, paste: "PasteSettings", settings: Given) -> "PhotoInput":
     """Return the photo settings for a photo of a paste, checked as in a trial."""
     from sealtwin.trial.trial_file import sample_trial
 
@@ -96,7 +81,7 @@ def _reply(command: Command, out: Path, measured: "MeasuredPaste") -> None:
         f"Yield stress {paste.yield_stress_pa:.3g} Pa, 95 % {low:.3g} to {high:.3g} Pa ({paste.method}).",
         *([] if paste.thickness is None else [_in_words(paste)]),
         *(f"{text[0].upper()}{text[1:]}." for text in paste.basis),
-        *measured.sentences,
+        *paste.doubts,
         f'{out}: to use this file, write material = "{out.name}" in the table [fluid] of a trial.',
     ]
     content = {"file": out.as_posix(), **paste.model_dump(mode="json"), **measured.figures}

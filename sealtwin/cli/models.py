@@ -36,9 +36,8 @@ class Tracing(Settings):
 class DrawnCracks(Settings):
     """Options of 'sealtwin export'."""
 
-    formats: tuple[Literal["mask", "coco", "dxf"], ...]
-    """File formats. mask: a PNG of the photo's size with the crack in white; coco: one JSON file for all runs; dxf: a
-    drawing with lines in mm."""
+    formats: tuple[Literal["mask", "dxf"], ...]
+    """File formats. mask: a PNG of the photo's size with the crack in white; dxf: a drawing with lines in mm."""
 
 
 class Ingestion(Settings):

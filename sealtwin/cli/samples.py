@@ -24,20 +24,12 @@ if TYPE_CHECKING:
     from digitise.scale.marker_scale import MarkerFrame
     from sealtwin.cli.models import Digitising, DrawnCracks, Tracing
 
-NO_RECTANGLE = (
-    "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
-    "Draw a rectangle around the crack, or leave the layer empty: the block then extends 12 mm beyond the crack.",
-)
 IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
     "outline": ("", "Correct the drawn lines there."),
-    "face": ("The crack covers more than half of the sample's face.", "Draw a larger rectangle on the layer FACE."),
-    "sides": NO_RECTANGLE,
-    "through": NO_RECTANGLE,
-    "mouth": ("The face has no crack.", "Check --units, and that the rectangle on the layer FACE contains the crack."),
-    "rivals": ("", "The edge on the layer FACE cuts the crack into pieces. Let it contain the crack or cross one end."),
+    "face": ("The crack covers more than half of the sample's face.", "Give a larger --face-mm."),
+    "mouth": ("The face has no crack.", "Check --units, and that --face-mm contains the crack."),
     "walls": ("", "Draw the middle of the crack instead, and give --line LAYER --width-mm W."),
     "narrow": ("The crack is too narrow for its length.", "Check --units, and the crack's width."),
-    "path": ("The drawn line is not along one crack.", "Draw it from end to end, without loops."),
     "cut": (
         "The drawn lines do not bound a valid solid.",
         "Draw them without crossings and without points closer than 1 µm.",
@@ -49,7 +41,7 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
 @answers("mesh.units", needs=("mesh.units",))
 def import_mesh(
     command: Command,
-    mesh: Annotated[Path, argument("MESH", "Mesh of a cracked block as STL, PLY, OBJ, GLB or 3MF.")],
+    mesh: Annotated[Path, argument("MESH", "Mesh of a cracked block as STL, PLY or GLB.")],
     settings: Given,
     out: Out = None,
 ) -> None:
@@ -146,7 +138,7 @@ def export(
     options: "DrawnCracks",
     out: Annotated[Path, option("Folder for the files.", "DIR")],
 ) -> None:
-    """Write traced cracks as masks, as COCO annotations, or as drawings for CAD (DXF).
+    """Write traced cracks as masks or as drawings for CAD (DXF).
 
     A DXF has layers for the outline, both walls, the centreline, side cracks, the face and the nozzle's path.
 
@@ -171,8 +163,8 @@ def import_dxf(
 ) -> None:
     """Make a solid with upright walls and a nozzle path from a crack that is drawn in CAD.
 
-    Draw the crack as an outline, as two walls, or as a line with a width. A closed line on the layer FACE is the edge
-    of the sample. Also writes a trial. Run it with 'sealtwin run DIR/trial.toml --out DIR/run'.
+    Draw the crack as two walls, or as a line with a width. With --face-mm, the drawing's origin is the lower left
+    corner of the sample's face. Also writes a trial. Run it with 'sealtwin run DIR/trial.toml --out DIR/run'.
 
     Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
     """

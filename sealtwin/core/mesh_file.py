@@ -1,4 +1,4 @@
-"""Readers of mesh files. STL, PLY, GLB and 3MF are read with trimesh, OBJ with a reader in this module.
+"""Readers of mesh files. STL, PLY and GLB are read with trimesh.
 
 trimesh gets the bytes of the file and no resolver, so it cannot open a second file such as a material, a texture or a
 buffer. The number of triangles that trimesh reads is compared with the number that the file lists, for two reasons.
@@ -6,7 +6,6 @@ trimesh leaves out a solid whose end is missing. It also cuts polygons into fans
 polygon with a notch.
 """
 
-import importlib.util
 import io
 import json
 import re
@@ -14,7 +13,6 @@ import signal
 import sys
 import threading
 import warnings
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +25,6 @@ from sealtwin.core.records import Floats, Integers
 
 LARGEST_BYTES = 200_000_000
 """Largest mesh file that is read, in bytes: twice the size of a binary STL with two million triangles."""
-LARGEST_MODEL = 300_000_000  # Largest unpacked 3MF, in bytes. Two million triangles take 240 MB of XML
 MAX_TRIANGLES = 2_000_000
 """Largest number of triangles that are read. Checking and cutting them takes 2 GB of memory.
 
@@ -48,11 +45,10 @@ class Triangles:
 
     vertices: Floats  # Coordinates, (v, 3)
     faces: Integers  # Vertex numbers of the triangles, (f, 3)
-    unit_mm: float | None = None  # Length of the file's unit in mm. None if the file states no unit
 
 
 def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
-    """Read the triangles of an STL, PLY, OBJ, GLB or 3MF file, in the unit and the axes of the file.
+    """Read the triangles of an STL, PLY or GLB file, in the unit and the axes of the file.
 
     Raises InputError if the file is missing or too large, if its format does not match its suffix, or if it has no
     triangles, polygons with more than three corners, or a number that is not finite. If the content is at fault, the
@@ -69,8 +65,6 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
             f"{path}: the file has {size / 1e6:.0f} MB, but at most {LARGEST_BYTES / 1e6:.0f} MB are allowed. Simplify "
             "or crop the mesh, or save it as a binary file."
         )
-    if suffix == ".3mf" and importlib.util.find_spec("lxml") is None:
-        raise InputError(f"{path}: reading 3MF requires lxml. Install sealtwin[3mf], or save the mesh as STL.")
     content = read_bytes(path, LARGEST_BYTES)
     load_trimesh()
     try:
@@ -80,7 +74,7 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
             # NumPy only warns if text that is not a number ends an array early, and triangles would then be lost.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             return READERS[suffix](content)
-    except Exception as fault:  # For damaged bytes, trimesh and zipfile raise exceptions of any kind.
+    except Exception as fault:  # For damaged bytes, trimesh raises exceptions of any kind.
         if comma := COMMA.search(content):
             number = comma[1].decode()
             raise InputError(
@@ -99,7 +93,7 @@ def _refuse_too_many(count: int) -> None:
         )
 
 
-def _checked(vertices: Floats, faces: Integers, unit_mm: float | None = None) -> Triangles:
+def _checked(vertices: Floats, faces: Integers) -> Triangles:
     _refuse_too_many(len(faces))
     if not len(faces):
         raise UnreadableError("it has no triangles")
@@ -110,7 +104,7 @@ def _checked(vertices: Floats, faces: Integers, unit_mm: float | None = None) ->
         raise UnreadableError(
             f"vertex {wrong.argmax()} (counted from 0) has a coordinate that is not finite or above {BEYOND_ANY_UNIT:g}"
         )
-    return Triangles(vertices, faces, unit_mm)
+    return Triangles(vertices, faces)
 
 
 def _read_scene(content: bytes, kind: str, listed: float | None = None) -> Triangles:
@@ -128,9 +122,8 @@ def _read_scene(content: bytes, kind: str, listed: float | None = None) -> Trian
         raise UnreadableError(
             f"it lists {listed:g} faces, but {count} triangles can be read; the file is incomplete or has polygons"
         )
-    mesh, is_3mf = scene.to_mesh(), kind == "3mf"
-    unit_mm = float(trimesh.units.unit_conversion(scene.metadata["units"], "millimeter")) if is_3mf else None
-    return _checked(np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64), unit_mm)
+    mesh = scene.to_mesh()
+    return _checked(np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64))
 
 
 def _read_stl(content: bytes) -> Triangles:
@@ -166,45 +159,7 @@ def _read_glb(content: bytes) -> Triangles:
     return _read_scene(content, "glb")
 
 
-def _read_3mf(content: bytes) -> Triangles:
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        entries = archive.infolist()
-        models = [entry for entry in entries if entry.filename.lower().endswith(".model")]
-        if len(models) != 1:
-            raise UnreadableError(f"it has {len(models)} models, but one is expected; save all parts as one object")
-        if (size := sum(entry.file_size for entry in entries)) > LARGEST_MODEL:
-            raise UnreadableError(f"it has {size} bytes after unpacking, but at most {LARGEST_MODEL} are allowed")
-        if not re.search(rb"<(\w+:)?item\b", archive.read(models[0])):
-            raise UnreadableError("it has no build item, so no object is placed; put an object on the build plate")
-    return _read_scene(content, "3mf")
-
-
-def _read_obj(content: bytes) -> Triangles:
-    """Read an OBJ file.
-
-    trimesh is not used here: it applies negative vertex numbers to the whole file, and ignores indented lines.
-    """
-    vertices: list[list[float]] = []
-    faces: list[list[int]] = []
-    for words in map(bytes.split, re.sub(rb"\\\r?\n|#.*", b" ", content).splitlines()):
-        if words[:1] == [b"v"]:
-            vertices.append([float(word) for word in words[1:4]])
-        elif words[:1] == [b"f"]:
-            if len(words) != 4:
-                raise UnreadableError(f"a face has {len(words) - 1} corners; export the mesh as triangles")
-            named = [int(word.partition(b"/")[0]) for word in words[1:]]
-            # Positive numbers count from 1. Negative numbers count back from the latest vertex.
-            faces.append([number - 1 if number > 0 else len(vertices) + number for number in named])
-    return _checked(np.array(vertices, dtype=float).reshape(-1, 3), np.array(faces, dtype=np.int64))
-
-
-READERS: dict[str, Callable[[bytes], Triangles]] = {
-    ".stl": _read_stl,
-    ".ply": _read_ply,
-    ".obj": _read_obj,
-    ".glb": _read_glb,
-    ".3mf": _read_3mf,
-}
+READERS: dict[str, Callable[[bytes], Triangles]] = {".stl": _read_stl, ".ply": _read_ply, ".glb": _read_glb}
 """Reader of each mesh format, by file suffix."""
 
 

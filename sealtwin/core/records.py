@@ -38,12 +38,12 @@ from sealtwin.core.solid_figures import EndKind, SolidFigures, Span
 
 FACING = 0.98  # Smallest cosine of the angle (11 degrees) at which a line between the walls counts as square
 
-PathSource = Literal["ends", "via", "automatic", "choice", "mask", "mesh", "line", "drawn"]
+PathSource = Literal["ends", "via", "choice", "mask", "mesh", "drawn"]
 """Source of a crack's path.
 
-ends: the user gave the ends; via: the user gave the ends and points between them; automatic: a search found it; choice:
-the user chose one of the cracks that a search found; mask: the user painted a mask; mesh: it is the crack's mouth in a
-mesh; line: the user gave a line in a mesh; drawn: the user gave lines in mm. A person must check an automatic path.
+ends: the user gave the ends; via: the user gave the ends and points between them; choice: the user chose one
+of the lines that a search found; mask: the user painted a mask; mesh: it is the crack's mouth in a mesh; drawn: the
+user gave lines in mm.
 """
 
 WidthSource = Literal["walls", "region", "fit", "gauge", "none"]
@@ -179,7 +179,7 @@ class Outline(HasSummary):
         """Kind of input from which the outline was made."""
         if self.path_source == "drawn":
             return "drawing"
-        return "mesh" if self.path_source in ("mesh", "line") else "photo"
+        return "mesh" if self.path_source == "mesh" else "photo"
 
     @property
     def s_mm(self) -> Floats:

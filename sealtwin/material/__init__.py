@@ -1,7 +1,7 @@
-"""Measure a paste from a spread, a bead or a flow curve. This file has the settings and results of all methods."""
+"""Measure a paste from a spread or a flow curve. This file has the settings and results of all methods."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import date as day
 from pathlib import Path
@@ -12,12 +12,6 @@ from pydantic import Field
 from sealtwin.core.settings import Settings, checked
 from simulate.material_file import Material
 
-EDGE_N_M = 0.005
-"""Coefficient lambda of surface tension for cement pastes, in N/m (Roussel et al. 2005).
-
-Surface tension carries the stress lambda R^2 / V, with R the radius and V the volume of the spread. This stress is
-subtracted to get the yield stress."""
-EDGE_ERROR_N_M = 0.0015  # Standard uncertainty of lambda, in N/m, if it was not measured. Its value has only one digit
 DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density from a weighed syringe
 MEASURED = "A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."
 CALIBRATED = "A paste calibrated on the levels of trials by 'sealtwin calibrate'. Errors are standard uncertainties."
@@ -42,15 +36,6 @@ class PasteSettings(Settings):
         return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
 
 
-class PasteOnPlate(PasteSettings):
-    """Settings of a paste on a plate, including the surface tension, which carries a part of the stress."""
-
-    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
-    """Coefficient lambda of surface tension. The default is a value for cement paste."""
-    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
-    """Standard uncertainty of lambda."""
-
-
 @dataclass(frozen=True)
 class PasteValue:
     """A value with its standard uncertainty and its 95 % interval."""
@@ -66,7 +51,6 @@ class MeasuredPaste:
 
     material: Material
     figures: dict[str, Any] = field(default_factory=dict)  # Further figures, which --json prints
-    sentences: Sequence[str] = ()
 
 
 def four_digits(value: float) -> float:

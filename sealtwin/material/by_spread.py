@@ -12,10 +12,16 @@ from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
-from sealtwin.material import MeasuredPaste, PasteOnPlate, PasteValue, by_source, measured_material
+from sealtwin.material import MeasuredPaste, PasteSettings, PasteValue, by_source, measured_material
 from simulate.spread_law import HIGHEST, flat_stress_pa, heap_height_mm, stretched_stress_pa
 
 DRAWS, SEED = 4000, 16
+EDGE_N_M = 0.005
+"""Coefficient lambda of surface tension for cement pastes, in N/m (Roussel et al. 2005).
+
+Surface tension carries the stress lambda R^2 / V, with R the radius and V the volume of the spread. This stress is
+subtracted to get the yield stress."""
+EDGE_ERROR_N_M = 0.0015  # Standard uncertainty of lambda, in N/m, if it was not measured. Its value has only one digit
 CONE_ERROR_MM = 0.1  # Standard uncertainty of each dimension of a cone in mm, measured with a caliper
 MASS_ERROR_G = 0.1  # Standard uncertainty of the mass in g: a kitchen scale, and paste left in the cone
 FORMULA = (
@@ -32,7 +38,7 @@ NOT_FOR = (
 ConeSize = Annotated[float, Field(ge=0.5, le=1000)]
 
 
-class Heap(PasteOnPlate):
+class Heap(PasteSettings):
     """Settings of a paste that spreads on a plate: options of 'sealtwin material spread'."""
 
     cone_mm: tuple[ConeSize, ConeSize, ConeSize] | None = None
@@ -41,6 +47,10 @@ class Heap(PasteOnPlate):
     """Mass of the paste on the plate. Default: the mass of the full cone."""
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     """Standard uncertainty of the mass."""
+    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
+    """Coefficient lambda of surface tension. The default is a value for cement paste."""
+    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
+    """Standard uncertainty of lambda."""
 
     @field_validator("cone_mm")
     @classmethod

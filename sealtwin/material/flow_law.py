@@ -9,8 +9,6 @@ hardly determine n.
 
 If the interval of n includes 1, the Bingham law (n = 1) is chosen. The other intervals are still computed with a free
 n, because n was chosen from the same rows. With n = 1 fixed, they would be too short for a paste with n = 0.95.
-
-The package rheofit fits more laws, but requires pandas, openpyxl and matplotlib.
 """
 
 from collections.abc import Callable
@@ -28,9 +26,10 @@ NORMAL_95 = 1.96
 MIN_N, MAX_N = 0.1, 2.5
 """Range of n in a fit. It is wider than the range of fluid.flow_index, so that a paste outside that range is detected.
 """
-GRID = np.linspace(MIN_N, MAX_N, 97)
+GRID = np.linspace(MIN_N, MAX_N, 25)
 PRECISE = 1e-6  # Relative precision of the ends of an interval
 DIGITS = 1e-4  # Smallest relative scatter of the stresses, since they are rounded
+FREE = np.nan  # Value of a parameter that is fitted
 
 
 @dataclass(frozen=True)
@@ -41,29 +40,29 @@ class FlowLaw:
     consistency_pa_s_n: PasteValue
     """Consistency K: the viscous stress at a shear rate of 1/s. If n is 1, it is the viscosity."""
     flow_index: PasteValue
-    free_index: float  # Best n, even if the Bingham law was chosen
-    viscosity_percent: float
-    """Relative standard uncertainty of the viscous stress K rate^n at the geometric mean of the rates, in percent."""
+    viscous_pa: PasteValue
+    """Viscous stress K rate^n at the geometric mean of the rates."""
     misfit: float  # RMS relative difference between the law and the stresses
-    bingham_misfit: float  # RMS relative difference between the Bingham line and the stresses
 
     @property
     def is_bingham(self) -> bool:
         return self.flow_index.value == 1
+
+    @property
+    def viscosity_percent(self) -> float:
+        """Relative standard uncertainty of ``viscous_pa`` in percent. Infinite if the stress does not rise."""
+        return 100 * self.viscous_pa.error / self.viscous_pa.value if self.viscous_pa.value > 0 else np.inf
 
     def stress_pa(self, rate_per_s: Floats | float) -> Floats:
         rate = np.asarray(rate_per_s, dtype=float)
         return self.yield_stress_pa.value + self.consistency_pa_s_n.value * rate**self.flow_index.value
 
 
-class _Best(NamedTuple):
+class _Fit(NamedTuple):
     squares: float  # Sum of the squared relative differences
+    stress: float  # Yield stress
+    viscous: float  # Viscous stress at the rate ``_Curve.middle``
     n: float
-    stress: float
-    thick: float  # Viscous stress at the rate ``_Curve.middle``
-
-
-Thickness = Callable[[Floats], Floats]  # Function that returns K for each flow index n
 
 
 class _Curve:
@@ -72,60 +71,36 @@ class _Curve:
     def __init__(self, rate: Floats, stress: Floats) -> None:
         order = np.argsort(rate, kind="stable")
         self.middle = float(np.exp(np.log(rate).mean()))
-        self.rate, self.inverse = rate[order] / self.middle, 1 / stress[order]
-        self.count = len(rate)
+        self.rate, self.stress = rate[order] / self.middle, stress[order]
 
-    def at(
-        self, n: Floats, stress: float | None = None, thick: Thickness | None = None
-    ) -> tuple[Floats, Floats, Floats]:
-        """Return the smallest sum of squares for each n, with its yield stress and K. One of these may be fixed."""
-        a = self.inverse
-        b = self.rate ** n[:, None] * self.inverse
-        aa, a1 = a @ a, a.sum()
-        ab, bb, b1 = b @ a, (b * b).sum(axis=1), b.sum(axis=1)
-        if stress is not None:
-            stresses = np.full(len(n), stress)
-            thicks = np.maximum(0.0, (b1 - stress * ab) / bb)
-        elif thick is not None:
-            thicks = thick(n)
-            stresses = np.maximum(0.0, (a1 - thicks * ab) / aa)
-        else:
-            determinant = np.maximum(aa * bb - ab**2, 1e-300)
-            stresses, thicks = (bb * a1 - ab * b1) / determinant, (aa * b1 - ab * a1) / determinant
-            # The sum is convex. If one of them would be below 0, it is 0 at the best fit, and the other follows.
-            thicks = np.where(stresses < 0, b1 / bb, thicks)
-            stresses = np.where(thicks < 0, a1 / aa, np.maximum(stresses, 0.0))
-            thicks = np.maximum(thicks, 0.0)
-        off = stresses[:, None] * a + thicks[:, None] * b - 1
-        return (off * off).sum(axis=1), stresses, thicks
+    def fit(self, n: float, stress: float = FREE, viscous: float = FREE) -> _Fit:
+        """Return the best fit with this n, and with the yield stress or the viscous stress if they are given."""
+        from scipy.optimize import nnls
 
-    def best(self, stress: float | None = None, thick: Thickness | None = None) -> _Best:
-        """Return the best fit over all n."""
+        columns = np.column_stack([np.ones(len(self.rate)), self.rate**n]) / self.stress[:, None]
+        values = np.array([stress, viscous])
+        free = np.isnan(values)
+        values[free], distance = nnls(columns[:, free], 1 - columns[:, ~free] @ values[~free])
+        stress, viscous = values.tolist()
+        return _Fit(distance**2, stress, viscous, n)
+
+    def best(self, fit: Callable[[float], _Fit]) -> _Fit:
+        """Return the best of the fits that ``fit`` returns for each n."""
         from scipy.optimize import minimize_scalar
 
-        squares = self.at(GRID, stress, thick)[0]
-        near = int(squares.argmin())
-        ends = GRID[max(0, near - 1)], GRID[min(len(GRID) - 1, near + 1)]
-        n = minimize_scalar(
-            lambda n: self.fixed(n, stress, thick).squares, bounds=ends, method="bounded", options={"xatol": 1e-6}
-        ).x
-        return min(self.fixed(float(GRID[near]), stress, thick), self.fixed(float(n), stress, thick))
+        near = int(np.argmin([fit(n).squares for n in GRID]))
+        bounds = GRID[max(0, near - 1)], GRID[min(len(GRID) - 1, near + 1)]
+        n: Any = minimize_scalar(lambda n: fit(n).squares, bounds=bounds, method="bounded", options={"xatol": 1e-6}).x
+        return min(fit(float(GRID[near])), fit(float(n)))
 
-    def fixed(self, n: float, stress: float | None = None, thick: Thickness | None = None) -> _Best:
-        squares, stresses, thicks = self.at(np.array([n]), stress, thick)
-        return _Best(float(squares[0]), n, float(stresses[0]), float(thicks[0]))
-
-    def misses(self, fit: _Best) -> Floats:
-        return fit.stress * self.inverse + fit.thick * self.rate**fit.n * self.inverse - 1
-
-    def variance(self, fit: _Best, parameters: int) -> float:
+    def variance(self, fit: _Fit) -> float:
         """Return the variance of a row's relative difference. It is increased if neighbouring differences are similar.
 
         Similar differences are due to a misfit of the law or a drift, so the rows carry less information.
         """
-        off = self.misses(fit)
+        off = (fit.stress + fit.viscous * self.rate**fit.n) / self.stress - 1
         alike = max(0.0, float(off[1:] @ off[:-1]) / max(float(off @ off), 1e-300))
-        return max(DIGITS**2, fit.squares / (self.count - parameters)) * (1 + alike) / (1 - min(alike, 0.9))
+        return max(DIGITS**2, fit.squares / (len(off) - 3)) * (1 + alike) / (1 - min(alike, 0.9))
 
 
 def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
@@ -133,42 +108,40 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
     from scipy.stats import t
 
     curve = _Curve(rate, stress)
-    free, line = curve.best(), curve.fixed(1.0)
-    allowed = free.squares + curve.variance(free, 3) * float(t.ppf(0.975, curve.count - 3)) ** 2
+    free = curve.best(curve.fit)
+    allowed = free.squares + curve.variance(free) * float(t.ppf(0.975, len(rate) - 3)) ** 2
 
-    def beyond(fit: _Best) -> float:
-        return fit.squares - allowed
+    def interval(value: float, bounds: tuple[float, float], fit: Callable[[float], _Fit]) -> tuple[float, float]:
+        return _ends(value, bounds, lambda value: fit(value).squares - allowed)
 
-    n_ends = _ends(free.n, (MIN_N, MAX_N), lambda n: beyond(curve.fixed(n)))
-    bingham = n_ends[0] <= 1 <= n_ends[1]
-    chosen = line if bingham else free
-    stress_ends = _ends(free.stress, (0.0, 1 / curve.inverse.min()), lambda pa: beyond(curve.best(pa)))
-    log_middle = np.log(curve.middle)
+    n_ends = interval(free.n, (MIN_N, MAX_N), curve.fit)
+    chosen = curve.fit(1.0) if n_ends[0] <= 1 <= n_ends[1] else free
+    most = float(stress.max())
+    stress_ends = interval(free.stress, (0.0, most), lambda pa: curve.best(lambda n: curve.fit(n, stress=pa)))
 
-    def thick_of(k: float) -> Thickness:
-        return lambda n: k * np.exp(n * log_middle)
+    def viscous_stress(rate: float) -> PasteValue:
+        """Return the viscous stress K rate^n."""
+        ratio = rate / curve.middle
+        value, best = (fit.viscous * ratio**fit.n for fit in (chosen, free))
+        ends = interval(
+            best,
+            (0.0, most * max(1.0, ratio**MIN_N, ratio**MAX_N)),
+            lambda pa: curve.best(lambda n: curve.fit(n, viscous=pa * ratio**-n)),
+        )
+        return _value(value, best, ends, float(np.hypot(TORQUE, GAP * chosen.n)))
 
-    k_free, k = (fit.thick * curve.middle**-fit.n for fit in (free, chosen))
-    most_k = 1 / curve.inverse.min() * max(1.0, 1 / rate.min()) ** MAX_N
-    k_ends = _ends(k_free, (0.0, most_k), lambda consistency: beyond(curve.best(thick=thick_of(consistency))))
-    thickness = float(np.hypot(TORQUE, GAP * chosen.n))
     return FlowLaw(
         yield_stress_pa=_value(chosen.stress, free.stress, stress_ends, TORQUE),
-        consistency_pa_s_n=_value(k, k_free, k_ends, thickness),
+        consistency_pa_s_n=viscous_stress(1.0),
         flow_index=_value(chosen.n, free.n, n_ends, 0.0),
-        free_index=free.n,
-        viscosity_percent=100 * float(np.hypot(_relative_error(curve, chosen, bingham), thickness)),
-        misfit=float(np.sqrt(chosen.squares / curve.count)),
-        bingham_misfit=float(np.sqrt(line.squares / curve.count)),
+        viscous_pa=viscous_stress(curve.middle),
+        misfit=float(np.sqrt(chosen.squares / len(rate))),
     )
 
 
 def _ends(best: float, bounds: tuple[float, float], beyond: Callable[[float], float]) -> tuple[float, float]:
     """Return the values below and above ``best`` at which ``beyond`` crosses 0, or the bounds if it does not."""
     from scipy.optimize import brentq
-
-    if beyond(best) >= 0:
-        return best, best
 
     def crossing(bound: float) -> float:
         if best == bound or beyond(bound) <= 0:
@@ -187,25 +160,3 @@ def _value(value: float, free: float, ends: tuple[float, float], common: float) 
     low, high = (float(np.hypot(end - free, NORMAL_95 * common * free)) for end in ends)
     interval = max(0.0, min(free - low, value)), max(free + high, value)
     return PasteValue(value, (interval[1] - interval[0]) / 4, interval)
-
-
-def _relative_error(curve: _Curve, fit: _Best, bingham: bool) -> float:
-    """Return the relative standard uncertainty of the viscous stress at the middle rate. Infinite if K is 0.
-
-    It is computed to first order.
-    """
-    from scipy.stats import t
-
-    if fit.thick == 0:
-        return np.inf
-    viscous = fit.thick * curve.rate**fit.n * curve.inverse
-    slopes = np.column_stack([curve.inverse * curve.inverse.mean() ** -1, viscous, viscous * np.log(curve.rate)])
-    slopes = slopes[:, : 2 if bingham else 3]
-    try:
-        covariance = np.linalg.inv(slopes.T @ slopes)
-    except np.linalg.LinAlgError:
-        return np.inf
-    parameters = slopes.shape[1]
-    # As for the yield stress, twice the standard uncertainty is half of the 95 % interval.
-    wider = float(t.ppf(0.975, curve.count - parameters)) / NORMAL_95
-    return wider * float(np.sqrt(curve.variance(fit, parameters) * covariance[1, 1]))

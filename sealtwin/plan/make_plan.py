@@ -43,7 +43,7 @@ from sealtwin.plan.verify import (
     write_plan_page,
 )
 from sealtwin.study.pipeline import run_stages
-from sealtwin.trial.exports import CellFile, origin_of, require_confirmed, write_programs
+from sealtwin.trial.exports import CellFile, origin_of, write_programs
 from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
 from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
@@ -215,8 +215,6 @@ def make_plan(
         with open_folder(folder / SAMPLE, create=True) as home:
             run_stages(start_job(trial, file.parent, home, "cpu", progress), ("digitise",))
         sample = record_files.read_sample(folder / SAMPLE)
-        if cell is not None:
-            require_confirmed(shown(folder / SAMPLE), sample.outline, ProgramOptions())
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
         planned = plan_on(verifier, options, (cell.settings, cell.pump) if cell else (None, None), file)
         warned = verifier.fluid_warnings

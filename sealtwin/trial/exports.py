@@ -1,6 +1,6 @@
-"""Write files for other programs and machines: robot programs, masks, COCO annotations, and drawings for CAD.
+"""Write files for other programs and machines: robot programs, masks, and drawings for CAD.
 
-A robot program is written only for a confirmed path within the limits of the cell.
+A robot program is written only for a path within the limits of the cell.
 """
 
 import time
@@ -21,20 +21,19 @@ from sealtwin.core.settings import checked, read_settings
 from sealtwin.trial.job import other_versions, require_digitised, shown
 from sealtwin.trial.trial_file import load_trial
 
-ExportKind = Literal["mask", "coco", "dxf"]
+ExportKind = Literal["mask", "dxf"]
 KINDS: tuple[ExportKind, ...] = get_args(ExportKind)
-COCO = "coco.json"
 REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
 
 
 def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path) -> list[Path]:
-    """Write files of the given ``kinds`` to ``out``: a mask and a drawing for each run, and one COCO file for all runs.
+    """Write files of the given ``kinds`` to ``out``.
 
     Returns the written files. Raises InputError, before it writes any file, if a run is not digitised or cannot be
     written in a format, or if a file with the same name and different content exists.
     """
-    from digitise.exports import coco_of, dxf_text, mask_png
+    from digitise.exports import dxf_text, mask_png
 
     require_folder(out)
     for folder in folders:
@@ -48,16 +47,13 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
         raise InputError(
             f"{twice[0]}: several runs have files and trials with this name. Export these runs to separate folders."
         )
-    outlines = {name: record_files.read_outline(folder) for name, folder in zip(names, folders, strict=True)}
     contents: dict[Path, bytes] = {}
-    for (name, outline), folder in zip(outlines.items(), folders, strict=True):
-        stem = Path(name).stem
+    for name, folder in zip(names, folders, strict=True):
+        outline, stem = record_files.read_outline(folder), Path(name).stem
         if "mask" in kinds:
             contents[out / f"{stem}_mask.png"] = mask_png(outline, name)
         if "dxf" in kinds:
             contents[out / f"{stem}.dxf"] = dxf_text(outline, record_files.read_trajectory(folder)).encode()
-    if "coco" in kinds:
-        contents[out / COCO] = files.as_json(coco_of(list(outlines.items()))).encode()
     files.write_unless_other(contents)
     return list(contents)
 
@@ -95,20 +91,19 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
     All files are computed before the first one is written. Returns the content of robot.json, with the folder, the
     names of edited files that were renamed, and a sentence if a version with other stage numbers computed the path.
 
-    Raises InputError if the run is not digitised, if the path is automatic and not confirmed, if the cell file is not
-    valid, or if the path exceeds a limit of the cell.
+    Raises InputError if the run is not digitised, if the cell file is not valid, or if the path exceeds a limit of the
+    cell.
     """
     began = time.monotonic()
     require_digitised(folder)
     outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
-    require_confirmed(str(folder.path), outline, options)
     cell = CellFile.read(cell_file)
     origin = origin_of(folder.path, load_trial(folder.path / "trial.toml").name, outline, USES)
     origin["edited_by_hand"] = sorted(set(folder.edited("digitise")) & set(USES))
     target = out or folder.path / "robot"
     report, renamed = write_programs(target, trajectory, cell, options, origin, folder if out is None else None)
     if out is None:
-        settings = {"formats": kinds_of(cell, options), "allow_automatic": options.allow_automatic}
+        settings = {"formats": kinds_of(cell, options)}
         inputs = report["inputs"]
         outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
         wall_time_s, numbers = time.monotonic() - began, folder.numbers_of("digitise")
@@ -116,19 +111,6 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
         folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
     others = other_versions(folder, stage="digitise")
     return {**report, "folder": shown(target), "kept": renamed, "other_versions": others}
-
-
-def require_confirmed(where: str, outline: Outline, options: ProgramOptions) -> None:
-    """Raise InputError if the crack was found automatically and the options do not allow that.
-
-    The message begins with ``where``.
-    """
-    if outline.path_source == "automatic" and not options.allow_automatic:
-        raise InputError(
-            f"{where}: the crack was found automatically, but a robot program requires a confirmed crack. Look at "
-            "overlay.png. Then give the crack's ends or number (photo.ends_px, photo.crack) and trace it again, or "
-            "give --allow-automatic (in Python, allow_automatic=True)."
-        )
 
 
 def origin_of(folder: Path, trial: str, outline: Outline, names: Sequence[str]) -> dict[str, Any]:
@@ -189,7 +171,6 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
         "made_by": f"sealtwin {version('sealtwin')}",
         **origin,
         "cell": path.cell.name,
-        "confirmed": origin["path_source"] != "automatic",
         "units": "; ".join(["mm, s, degrees", *(f"{it.title} {it.units}" for it in LANGUAGES.values() if it.units)]),
         "length_mm": trajectory.length_mm,
         "duration_s": trajectory.duration_s,
@@ -225,12 +206,11 @@ def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any
 def _head(report: dict[str, Any]) -> tuple[str, ...]:
     """Return the header lines of each program, which identify the program without another file."""
     frame = report["frame"]
-    confirmed = "" if report["confirmed"] else " - NOT CONFIRMED BY A PERSON"
     edited = report["edited_by_hand"]
     return (
         f"{report['made_by']}: nozzle path, cell {report['cell']}",
         f"trial {report['trial']}, run {report['run']}",
-        f"path found by: {report['path_source']}{confirmed}",
+        f"path found by: {report['path_source']}",
         *([f"edited by hand after they were written: {', '.join(edited)}"] if edited else []),
         *(f"{name} sha256 {digest}" for name, digest in report["inputs"].items()),
         f"{report['length_mm']:.2f} mm in {report['duration_s']:.2f} s, {report['sealant_mm3']:.1f} mm3, "

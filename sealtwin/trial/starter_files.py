@@ -54,7 +54,7 @@ MARK = "# Written by 'sealtwin quick', as it was while its check is "
 """Beginning of the first line of a trial file, before a hash of the other lines.
 
 The hash shows if the file was edited. An unchanged file may be overwritten."""
-MESH, LINE, DRAWN = "drawing.obj", "line.csv", "trial.toml"
+MESH, DRAWN = "drawing.stl", "trial.toml"
 """Names of the files that are written for a drawn crack."""
 HEAD = """\
 # Settings marked as assumed were not given. Measure them, correct them in this file, and run the trial again:
@@ -195,28 +195,22 @@ def _check(content: str) -> str:
 def write_drawn_trial(
     drawing: Path, folder: Path, crack: GivenDrawing, settings: SettingValues
 ) -> tuple[Path, list[Fact]]:
-    """Write a trial with the mesh of a drawn crack, and with its centreline if it is drawn. Returns the file and notes.
+    """Write a trial with the mesh of a drawn crack. Returns the file and notes.
 
     ``settings`` has settings of the trial by dotted name. Raises InputError if the drawing cannot be used, or if a file
     with the same name and different content exists.
     """
-    from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_obj
+    from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_stl
     from digitise.settings import CrackShape
 
     require_folder(folder)
     drawn = open_drawing(drawing, crack.units)
     depth_mm = crack.depth_mm
-    outline, _ = drawn_crack(drawn, **crack.layers)
+    outline, _ = drawn_crack(drawn, crack)
     doubts = doubts_of(CrackShape(depth_mm=depth_mm), width_mm=outline.mean_width_mm)
     notes = [*drawn.notes, *doubts]
     mesh = {"file": MESH, "data": crack.data, "units": "mm"}
-    contents = {folder / MESH: sample_obj(outline, depth_mm)}
-    if crack.line is not None:
-        rows = "".join(f"{x:.6f},{y:.6f}\n" for x, y in outline.centreline_mm)
-        contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
-        mesh["path"] = LINE
-        text = f"the drawn line is {outline.length_mm:.1f} mm long"
-        notes.append(Fact("drawing.line", text, outline.length_mm, "mm"))
+    contents = {folder / MESH: sample_stl(outline, depth_mm)}
     floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
     note = f"The crack is from the drawing {drawing.name} in {drawn.unit}. It is {floor}."
     content = {"name": name_of(drawing, "drawing"), "note": note, "mesh": mesh}

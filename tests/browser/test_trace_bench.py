@@ -1,4 +1,4 @@
-"""Walls, strokes, depth and tilt that a user draws or sets on the trace page."""
+"""Walls, depth and tilt that a user draws or sets on the trace page."""
 
 import numpy as np
 import pytest
@@ -52,39 +52,19 @@ def test_a_drawn_wall_replaces_the_traced_wall_and_can_be_undone(bench, shot):
     assert bench.page.locator("#lines .drawn").count() == 0
 
 
-def beside(bench, share, aside_px):
-    """Return the point ``aside_px`` outward of the left wall, at a share of the wall's length."""
-    wall, middle = (np.array(bench.probe("line", name)) for name in ("left-wall", "way"))
-    place = wall[round(share * (len(wall) - 1))]
-    inward = middle[np.linalg.norm(middle - place, axis=1).argmin()] - place
-    return place - aside_px * inward / np.linalg.norm(inward)
-
-
-def test_a_run_of_the_saved_trial_has_the_walls_moved_by_strokes(open_page, shot, tmp_path):
-    """Strokes are painted by pointer and keys, undone, and erased by a click and in the list. Then the trial is run."""
+def test_a_run_of_the_saved_trial_has_the_drawn_wall(open_page, shot, tmp_path):
+    """The wall is erased by a click and drawn again. Then the trial is run."""
     photo = tmp_path / "crack.jpg"
     photo.write_bytes(shot.file.read_bytes())
     bench = open_page(photo)
     bench.give_ends(shot)
     before = bench.number("area")
-    bench.page.keyboard.press("c")
-    draw(bench, [beside(bench, share, 7.0) for share in (0.4, 0.42, 0.44)])
+    bench.page.keyboard.press("w")
+    draw(bench, bulge(bench, 7.0))
     bench.await_state("walls")
     bench.until("window.probe.number('area') > given[0]", before)
-    assert "strokes drawn by hand" in bench.text("#warnings")
     wider = bench.number("area")
-    bench.page.keyboard.press("g")
-    bench.page.focus("#stage")
-    bench.page.keyboard.press("ArrowUp")
-    bench.page.keyboard.press("Enter")
-    assert bench.page.locator("#lines .ground-stroke").count() == 1
-    bench.page.click("#drawn .ground-stroke button")
-    assert bench.page.locator("#lines .ground-stroke").count() == 0
-    bench.await_state("walls")
-    bench.until("window.probe.number('area') === given[0]", wider)
-    bench.page.keyboard.press("c")
-    line = np.array(bench.probe("line", "crack-stroke-0"))
-    bench.click(line[0])
+    bench.click(np.array(bench.probe("line", "drawn-0"))[0])
     bench.until("window.probe.number('area') === given[0]", before)
     bench.page.keyboard.press("Control+z")
     bench.until("window.probe.number('area') === given[0]", wider)
@@ -97,7 +77,7 @@ def test_a_run_of_the_saved_trial_has_the_walls_moved_by_strokes(open_page, shot
     bench.page.wait_for_selector("#farewell[open]")
     trial = load_trial(photo.with_suffix(".toml"))
     assert trial.photo is not None
-    assert len(trial.photo.crack_strokes_px or ()) == 1
+    assert len(trial.photo.walls_px or ()) == 1
     with open_folder(tmp_path / "run", create=True) as folder:
         run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("digitise",))
     assert abs(signed_area(read_outline(folder.path).outline_mm)) == pytest.approx(shown_mm2, abs=0.51)

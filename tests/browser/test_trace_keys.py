@@ -8,7 +8,7 @@ pytestmark = pytest.mark.browser
 
 def test_a_crack_can_be_traced_by_keyboard_alone(bench, shot):
     """Tab selects the photo or a point, arrows move, and Enter sets an end."""
-    bench.await_state("walls")
+    bench.await_state("refused")
     for _ in range(3):  # tools, views, photo
         bench.page.keyboard.press("Tab")
     assert bench.page.evaluate("document.activeElement.id") == "stage"

@@ -82,7 +82,7 @@ def test_a_traced_photo_can_be_saved_only_with_scale_and_depth(open_page, shot, 
 
 
 def test_the_page_reports_that_its_command_has_stopped(bench, shot):
-    bench.await_state("walls")
+    bench.await_state("refused")
     bench.command.terminate()
     bench.command.wait(10)
     bench.click(shot.along(0.05))

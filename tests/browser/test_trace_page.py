@@ -1,4 +1,4 @@
-"""A crack traced on the page with a mouse: ends, via points, walls and a proposal."""
+"""A crack traced on the page with a mouse: ends, via points, walls and a chosen line."""
 
 import os
 import sys
@@ -19,7 +19,7 @@ def test_walls_are_shown_within_a_second_of_the_second_click(open_page, big, cap
     The test allows a second, and longer in proportion if the load of the machine exceeds its cores.
     """
     bench = open_page(big.file)
-    bench.await_state("walls")  # the proposal has been made: the search no longer competes
+    bench.await_state("refused")  # lines are offered: the search no longer competes
     bench.probe("startClock")
     bench.give_ends(big)
     clock = bench.page.evaluate("window.probe.clock")
@@ -54,15 +54,10 @@ def test_via_points_can_be_set_undone_and_redone(bench, shot):
     assert bench.page.is_disabled("#redo"), "what was undone is gone once something else is said"
 
 
-def test_an_automatic_crack_path_is_only_a_proposal_until_confirmed(bench):
-    bench.await_state("walls")
-    assert bench.page.is_visible("#proposal")
-    assert "proposal" in bench.text("#how")
+def test_a_line_that_was_found_is_traced_once_its_number_is_chosen(bench):
+    bench.await_state("refused")
     assert bench.points() == []
-    bench.page.keyboard.press("Control+s")
-    assert "found automatically" in bench.text("#save-refused")
-    bench.page.click("#accept")
+    bench.page.keyboard.press("1")
     bench.await_state("walls")
-    assert not bench.page.is_visible("#proposal")
     assert bench.points() == ["end-0", "end-1"]
     assert "Between your two ends" in bench.text("#how")

@@ -9,7 +9,7 @@ pytestmark = pytest.mark.browser
 
 def test_the_wheel_zooms_about_the_pointer(open_page, big):
     bench = open_page(big.file)
-    bench.await_state("walls")
+    bench.await_state("refused")
     screen = [500, 400]  # whole pixels, as a mouse has them
     place = bench.probe("onPhoto", screen)
     bench.page.mouse.move(*screen)

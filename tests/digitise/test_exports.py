@@ -1,4 +1,4 @@
-"""Labels for training other programs: masks that are read back, and annotations in COCO's format."""
+"""Labels for training other programs: masks that are read back."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skimage.draw import disk, polygon2mask
 
-from digitise.exports import coco_of, mask_of, mask_png
+from digitise.exports import mask_of, mask_png
 from digitise.image.decoding import read_mask
 from sealtwin.core.errors import InputError
 from tests.support.shapes import arc_slot, straight_slot
@@ -26,16 +26,11 @@ def test_an_exported_mask_is_the_inside_of_the_outline(tmp_path):
     assert np.array_equal(read_mask(tmp_path / "m.png", SIZE_PX), mask)
 
 
-def test_an_island_is_outside_the_mask_and_its_run_length_code():
+def test_an_island_is_outside_the_mask():
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     outline = replace(OUTLINE, islands_mm=(np.column_stack([40 + np.cos(turn), -np.sin(turn)]),))
     mask = mask_of(outline, "a.png")
     assert not mask[disk((500, 600), 9)].any()
-    (annotation,) = coco_of([("a.png", outline)])["annotations"]
-    counts = annotation["segmentation"]["counts"]
-    assert annotation["area"] == mask.sum()
-    flat = np.repeat(np.arange(len(counts)) % 2 == 1, counts)
-    assert np.array_equal(flat.reshape(mask.shape, order="F"), mask)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@ import pytest
 
 from benchmarks.tracing_cases import clean_case
 from digitise.crack_path.find_path import find_path
-from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
 from fixtures.generate.lighting import Look
@@ -109,17 +108,6 @@ def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):
     path = find_path(photo, ((230.0, 145.0), (290.0, 144.0)))
     with pytest.raises(InputError, match="at least 3 times as long as wide"):
         trace_outline(photo, path)
-
-
-def test_a_given_mean_width_scales_all_widths(paper, paper_photo, paper_outline):
-    settings = paper.photo_input().model_copy(update={"mean_width_mm": 4.0})
-    moved = trace_outline(paper_photo, find_path(paper_photo, paper.ends_px), settings)
-    assert moved.mean_width_mm == pytest.approx(4.0)
-    assert (moved.width_source, moved.width_95_mm) == ("gauge", None)
-    assert moved.width_mm / moved.mean_width_mm == pytest.approx(paper_outline.width_mm / paper_outline.mean_width_mm)
-    assert (moved.centreline_mm == paper_outline.centreline_mm).all()
-    more_mm2 = signed_area(moved.outline_mm) - signed_area(paper_outline.outline_mm)
-    assert more_mm2 == pytest.approx((4.0 - paper_outline.mean_width_mm) * paper_outline.length_mm, rel=0.02)
 
 
 def test_walls_are_complete_up_to_the_oblique_ends_of_a_crack(tmp_path):

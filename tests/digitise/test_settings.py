@@ -61,12 +61,6 @@ def test_a_fill_fraction_together_with_a_volume_is_refused():
         NozzlePath(volume_ml=4.8, fill=0.8)
 
 
-@pytest.mark.parametrize("beside", [{"path_only": True}, {"branches": "keep"}])
-def test_a_mean_width_with_branches_or_without_walls_is_refused(beside):
-    with pytest.raises(ValidationError, match="cannot be combined with"):
-        PhotoInput.model_validate_json(json.dumps({**PHOTO, "mm_per_px": 0.1, "mean_width_mm": 3.0, **beside}))
-
-
 def test_a_board_that_lists_a_marker_twice_is_refused():
     places = [{"id": number, "x_mm": 20.0 * number, "y_mm": 0.0} for number in (0, 1, 2, 3, 1)]
     with pytest.raises(ValidationError, match="marker 1 is listed 2 times"):

@@ -58,7 +58,7 @@ NOT_COMPARED = (
 
 A key is its path, as stages/digitise/key, or a row and a column. FACTS, as dates and hashes, are compared in no text.
 """
-BINARY = {".glb", ".gz", ".jpg", ".npy", ".npz", ".obj", ".ply", ".png", ".stl", ".vtp", ".xlsx"}
+BINARY = {".glb", ".gz", ".jpg", ".npy", ".npz", ".ply", ".png", ".stl", ".vtp", ".xlsx"}
 
 LINE = [(50, 118), (130, 108), (220, 120), (310, 102)]
 PHOTOS = {
@@ -87,16 +87,15 @@ COMMANDS = {
     # Without ends: a path between given ends depends on distances whose last bits OpenCV changes between calls.
     "trace-mask": f"digitise plain.png {SCALED} --mask mask.png --out {{out}}",
     "trace-via": f"digitise loop.png {SCALED} {ENDS} --via '150,160 220,165' --set crack.tilt=vertical --out {{out}}",
-    "trace-automatic": f"digitise plain.png {SCALED} --set photo.scale_is=assumed --set photo.crack=1"
+    "trace-choice": f"digitise plain.png {SCALED} --set photo.scale_is=assumed --set photo.crack=1"
     " --roi '20,60 340,170' --out {out}",
     "trace-reversed": "digitise plain.png --depth-mm depths.csv --ends 310,102 50,118 --set photo.ruler_mm=32"
     " --set photo.ruler_px=[[20,200],[340,200]] --set crack.tilt=flare --set crack.wall_angle_deg=5 --out {out}",
     "trace-open": "digitise open.png --depth-mm 8 --face-mm 32x18 --ends 20,99 340,119"
     " --set photo.face_corners_px=[[20,200],[340,200],[340,20],[20,20]] --out {out}",
     "mesh-stl": "import-mesh block.stl --units cm --set mesh.data=synthetic --out {out}",
-    "mesh-obj": "import-mesh block.obj --units mm --set mesh.data=synthetic --set mesh.up=y --out {out}",
-    "mesh-glb": "import-mesh block.glb --units m --set mesh.data=synthetic --set mesh.path=path.csv"
-    " --set path.volume_ml=1.5 --out {out}",
+    "mesh-ply": "import-mesh block.ply --units mm --set mesh.data=synthetic --set mesh.up=y --out {out}",
+    "mesh-glb": "import-mesh block.glb --units m --set mesh.data=synthetic --set path.volume_ml=1.5 --out {out}",
     "sweep": "sweep tiny/study.toml --device cpu --jobs 1 --out {out}",
     "ingest": "ingest measurements --out {out}",
     # Sheets in centimetres, in inches, with gaps, and in a workbook; the others are read by ingest.
@@ -143,8 +142,6 @@ def make_inputs(folder: Path) -> None:
     tiny_lab(folder / "tiny")
     (folder / "cell.toml").write_text(CELL, encoding="utf-8")
     (folder / "depths.csv").write_text("s_mm,depth_mm\n0,6.0\n8,7.5\n16,9.0\n26,8.0\n", encoding="utf-8")
-    path = "".join(f"{x},{20 + 0.2 * (x % 3)}\n" for x in range(22, 79, 4))
-    (folder / "path.csv").write_text(f"x_mm,y_mm\n{path}", encoding="utf-8")
     grounds = [mortar((360, 220), seed=seed) for seed in range(1, 6)]
     for ground, (name, (points_px, width_px)) in zip(grounds, PHOTOS.items(), strict=True):
         write_png(folder / f"{name}.png", with_crack(ground, points_px, width_px))
@@ -160,7 +157,7 @@ def make_inputs(folder: Path) -> None:
     outlined, its_faces = modelled(wandering_crack(1), depth_mm=8.0, tilt="vertical")
     for name, points, triangles in (
         ("block.stl", vertices / 10, faces),
-        ("block.obj", outlined[:, [0, 2, 1]] * (1.0, 1.0, -1.0), its_faces),
+        ("block.ply", outlined[:, [0, 2, 1]] * (1.0, 1.0, -1.0), its_faces),
         ("block.glb", vertices / 1000, faces),
     ):
         trimesh.Trimesh(points, triangles, process=False).export(folder / name)

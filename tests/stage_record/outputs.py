@@ -17,7 +17,6 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.files import as_json
 from sealtwin.core.records import Floats, Outline, Profile, Sample, Trajectory
-from simulate.bead_law import laid_section, slumped_stress
 from simulate.device import start_warp
 from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.injection import prepare
@@ -199,22 +198,19 @@ def _fast_model(nudge: Nudge) -> dict[str, Any]:
 
 
 def _read_level(nudge: Nudge) -> dict[str, Any]:
-    """Level and volume of particles that were put down, and stresses by spread and bead."""
+    """Level and volume of particles that were put down, and stresses by spread."""
     solid, outline = slot(24.0, 4.0, 8.0)
     run = make_run(outline, solid)
     # A lattice would lie on the edges of the columns that the level is read from.
     off_mm = np.random.default_rng(0).uniform(-0.1, 0.1, run.position_mm.shape)
     run = replace(run, position_mm=nudge(run.position_mm + off_mm))
     level = measure_profile(run, outline, solid)
-    radius_mm, per_mm = nudge([40.0, 60.0, 90.0]), nudge([0.02, 0.05, 0.1])
+    radius_mm = nudge([40.0, 60.0, 90.0])
     stresses = [*flat_stress_pa(5e4, radius_mm, 1700.0), *stretched_stress_pa(5e4, radius_mm, 1700.0)]
-    section_mm2 = np.full(3, 20.0)
     return {
         "level by particles": level.level_mm,
         "volume by particles": [volume_ratio(run, solid)],
         "stresses by spread": stresses,
-        "stresses by bead": slumped_stress(per_mm, section_mm2),
-        "sections by bead": laid_section(per_mm, section_mm2),
     }
 
 

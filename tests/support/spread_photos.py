@@ -14,10 +14,9 @@ from fixtures.generate.camera import camera_above
 from sealtwin.core.records import Floats
 from simulate.spread_law import flat_stress_pa, stretched_stress_pa
 
-FACE_MM, BEAD_FACE_MM = (150.0, 150.0), (90.0, 60.0)
-"""Openings of the sheets of spreads and of beads."""
+FACE_MM = (150.0, 150.0)  # Opening of the sheet
 MARKER_MM, FRAME_MM = 12.0, 24.0
-BOARD, BEAD_BOARD = (board_around(face_mm, MARKER_MM, "4x4_50", 8) for face_mm in (FACE_MM, BEAD_FACE_MM))
+BOARD = board_around(FACE_MM, MARKER_MM, "4x4_50", 8)
 PAPER, INK, DARK, LIGHT, FILM = 0.8, 0.035, 0.16, 0.7, 0.25
 """Reflectances of paper, ink, cement paste, white paste, and of a dark film in the opening."""
 DISTANCE_MM = 450.0
@@ -40,10 +39,6 @@ class Blob:
     seed: int = 0
 
     @property
-    def face_mm(self) -> tuple[float, float]:
-        return FACE_MM
-
-    @property
     def ring_mm(self) -> Floats:
         turn = np.linspace(0, 2 * np.pi, 720, endpoint=False)
         lobes = [size * np.cos(number * (turn - self.turn)) for number, size in enumerate(self.unround, start=2)]
@@ -54,8 +49,7 @@ class Blob:
     def draw(self) -> np.ndarray:
         """Return the photo as 8-bit grey, (height, width)."""
         rng = np.random.default_rng(self.seed)
-        board = board_around(self.face_mm, MARKER_MM, "4x4_50", 8)
-        camera = camera_above(self.face_mm, FRAME_MM, self.mm_per_px, DISTANCE_MM, self.tilt_deg, self.lens_k1)
+        camera = camera_above(FACE_MM, FRAME_MM, self.mm_per_px, DISTANCE_MM, self.tilt_deg, self.lens_k1)
         width, height = camera.size_px
         light = np.full((height, width), PAPER)
 
@@ -70,10 +64,10 @@ class Blob:
             window += share * (reflectance - window)
 
         if not self.dark:
-            x, y = self.face_mm
+            x, y = FACE_MM
             paint(np.array([[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]]), FILM)
-        for marker in board.markers:
-            square, cells = black_modules(board, marker)
+        for marker in BOARD.markers:
+            square, cells = black_modules(BOARD, marker)
             paint(square, INK)
             for cell in cells:
                 paint(cell, PAPER)
@@ -92,32 +86,8 @@ class Blob:
         return path
 
 
-@dataclass(frozen=True)
-class BeadPhoto(Blob):
-    """A bead on its smaller sheet; ``radius_mm`` is half its width, its middle line lies along x but for ``turn``."""
-
-    middle_mm: tuple[float, float] = (45.0, 30.0)
-    mm_per_px: float = 0.12
-    straight_mm: float = 30.0  # Of its middle line, between round ends
-    edge_mm: tuple[tuple[float, float], ...] = ()  # Its outline about its middle, in place of straight and round
-
-    @property
-    def face_mm(self) -> tuple[float, float]:
-        return BEAD_FACE_MM
-
-    @property
-    def ring_mm(self) -> Floats:
-        turn = np.linspace(0, 2 * np.pi, 720, endpoint=False)
-        ring = self.radius_mm * np.column_stack([np.cos(turn), np.sin(turn)])
-        ring[:, 0] += np.sign(ring[:, 0]) * self.straight_mm / 2
-        ring = np.array(self.edge_mm) if self.edge_mm else ring
-        cos, sin = np.cos(self.turn), np.sin(self.turn)
-        return np.array(self.middle_mm) + ring @ np.array([[cos, sin], [-sin, cos]])
-
-
-def write_sheet_table(path: Path, face_mm: tuple[float, float] = FACE_MM) -> Path:
-    board = board_around(face_mm, MARKER_MM, "4x4_50", 8)
-    path.write_text(board_toml(face_mm, board), encoding="utf-8")
+def write_sheet_table(path: Path) -> Path:
+    path.write_text(board_toml(FACE_MM, BOARD), encoding="utf-8")
     return path
 
 

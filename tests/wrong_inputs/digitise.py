@@ -12,9 +12,6 @@ from ezdxf import units
 from tests.support.meshes import box, mesh_of, slotted
 from tests.wrong_inputs.table import WrongInput, answers
 
-RING = ((0.0, 0.0), (40.0, 0.0), (40.0, 3.0), (0.0, 3.0))
-
-
 Draw = Callable[[Any, Any], object]
 
 
@@ -35,9 +32,10 @@ def on(layer: str, **attributes: object) -> dict[str, object]:
     return {"layer": layer, **attributes}
 
 
-def ring(space: Any, layer: str = "OUTLINE", at: tuple[float, float] = (0.0, 0.0), **attributes: object) -> None:
-    corners = [(x + at[0], y + at[1]) for x, y in RING]
-    space.add_lwpolyline(corners, close=True, dxfattribs=on(layer, **attributes))
+def walls(space: Any, y: float = 3.0, **attributes: object) -> None:
+    """Draw two walls from x = 0 to 40: at y = 0 on the layer A, and at ``y`` on the layer B."""
+    for layer, height in (("A", 0.0), ("B", y)):
+        space.add_lwpolyline([(0.0, height), (40.0, height)], dxfattribs=on(layer, **attributes))
 
 
 def lines(space: Any, *ways: tuple[tuple[float, ...], tuple[float, ...]], layer: str = "L") -> None:
@@ -54,16 +52,16 @@ def framed(_: Any, space: Any) -> None:
 
 
 def beside_lines(_: Any, space: Any) -> None:
-    ring(space)
-    ring(space, at=(0, 10), invisible=1)
-    ring(space)
-    space.add_text("a crack", dxfattribs=on("OUTLINE"))
-    space.add_point((1, 1), dxfattribs=on("OUTLINE"))
+    walls(space)
+    walls(space)
+    space.add_line((0, 10), (40, 10), dxfattribs=on("A", invisible=1))
+    space.add_text("a crack", dxfattribs=on("A"))
+    space.add_point((1, 1), dxfattribs=on("A"))
 
 
 DRAWN = "import-dxf {given}/a.dxf --depth-mm 8 --out {out}"
-ALONG = " --line L --width-mm 3"
-OF_A_MESH = ("mesh.up", "drawing.obj", "Mesh", "Trace it again", "R2010", "px")
+ALONG, BETWEEN = " --line L --width-mm 3", " --walls A B"
+OF_A_MESH = ("mesh.up", "drawing.stl", "Mesh", "Trace it again", "R2010", "px")
 ROW = {"more", "code", "lacks"}
 
 
@@ -75,32 +73,28 @@ def drawn(name: str, draw: Draw, *names: str, **others: Any) -> WrongInput:
 
 # fmt: off
 DRAWINGS = [
-    drawn("frame of a spline-fit line", framed, "the drawn line is 41.2 mm long", more=ALONG, code=0),
-    drawn("stone off the crack",
-        lambda _, space: (ring(space), space.add_circle((20, 20), 1, dxfattribs=on("ISLANDS"))), "a.dxf",
-        "(20, 20) is not inside"),
-    drawn("round sample", lambda _, space: (ring(space), space.add_circle((20, 1.5), 60, dxfattribs=on("FACE"))),
-        "a.dxf", "layer FACE", "Expected is one rectangle", lacks=OF_A_MESH),
-    drawn("no crack but a square", lambda _, space: space.add_circle((5, 5), 6, dxfattribs=on("OUTLINE")), "a.dxf",
-        "mm wide", "--units", lacks=OF_A_MESH),
+    drawn("frame of a spline-fit line", framed, "41.2 mm long", more=ALONG, code=0),
+    drawn("no crack but a square", lambda _, space: walls(space, y=20.0), "a.dxf", "is not a crack", more=BETWEEN,
+        lacks=OF_A_MESH),
+    drawn("edge of the sample through the crack", lambda _, space: lines(space, ((0, 0), (20, 9)), ((20, 9), (40, 0))),
+        "a.dxf", "outside the face of 40 x 5 mm", more=f"{ALONG} --face-mm 40x5"),
     drawn("far line", lambda _, space: lines(space, ((0, 0), (9e9, 0))), "layer L: its LINE #", more=ALONG),
-    drawn("drawn in mm, said to be in inches", lambda _, space: ring(space, at=(0, 0)),
-        "unit of the drawing: mm (by --units; the drawing states inch)", "40 x 3 mm", more=" --units mm",
-        unit=units.IN, code=0),
-    drawn("too large in the drawing's unit", lambda _, space: ring(space), "The unit is inch, by the drawing",
-        "1000 mm", "--units mm", unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
+    drawn("drawn in mm, said to be in inches", lambda _, space: walls(space),
+        "unit of the drawing: mm (by --units; the drawing states inch)", "40 x 3 mm", "closed at both ends",
+        more=f"{BETWEEN} --units mm", unit=units.IN, code=0),
+    drawn("too large in the drawing's unit", lambda _, space: walls(space), "The unit is inch, by the drawing",
+        "1000 mm", "--units mm", more=BETWEEN, unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
     drawn("gaps of some µm", lambda _, space: lines(space, ((0, 0), (20, 0)), ((20.004, 0), (40, 0))),
         "a.dxf, layer L", "gap is 0.004 mm at (20", more=ALONG),
     drawn("line with an arm", lambda _, space: lines(space, ((0, 0), (20, 0)), ((20, 0), (40, 0)), ((20, 0), (30, 9))),
         "3 lines meet at (20, 0)", more=ALONG),
-    drawn("texts, a hidden and a second edge", beside_lines,
-        "layer OUTLINE: these parts were left out: exact copies of lines (1), invisible lines (1), TEXT (1), POINT (1)",
-        code=0),
+    drawn("texts, a hidden line and copies", beside_lines,
+        "layer A: these parts were left out: exact copies of lines (1), invisible lines (1), TEXT (1), POINT (1)",
+        more=BETWEEN, code=0),
     drawn("drawn upright", lambda _, space: lines(space, ((0, 0, 0), (20, 0, 6)), ((20, 0, 6), (40, 0, 0))), "layer L",
         "z is 0 to 6 mm", "XY plane", more=ALONG),
-    drawn("edge that crosses itself evenly",
-        lambda _, space: space.add_lwpolyline(RING[::2] + RING[1::2], close=True, dxfattribs=on("OUTLINE")),
-        "a.dxf", "(20.0, 1.5)", "crosses itself", lacks=OF_A_MESH),
+    drawn("walls that cross", lambda _, space: (lines(space, ((0, 0), (40, 2)), layer="A"),
+        lines(space, ((0, 3), (40, 0)), layer="B")), "a.dxf", "walls cross", more=BETWEEN, lacks=OF_A_MESH),
 ]
 # fmt: on
 
@@ -126,14 +120,6 @@ def far_away(shape: trimesh.Trimesh) -> trimesh.Trimesh:
     return shape.apply_scale(1.003).apply_translation((0.0, 3e7, 0.0))
 
 
-def line_beside(text: str) -> Callable[[Path], object]:
-    def write(folder: Path) -> None:
-        mesh(as_stl)(folder)
-        (folder / "line.csv").write_text(text)
-
-    return write
-
-
 IMPORT = "import-mesh {given}/m.stl --units mm --out {out}"
 imported = answers(IMPORT)
 
@@ -147,8 +133,6 @@ MESHES = [
         "m.stl", "long", lacks=("px", "--ends", "photo", "mask", "walls were not found")),
     imported("decimal commas", mesh(lambda shape: as_stl(shape, "stl_ascii").replace(b".", b",")), "m.stl",
         "numbers have decimal commas, as in ", lacks=OF_A_LIBRARY),
-    imported("decimal commas in a path", line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"), "line.csv",
-        "row 1", "x_mm;y_mm", "separated by commas", "decimal points", more=" --set mesh.path={given}/line.csv"),
     imported("so far from the origin that its crack is rough", mesh(lambda shape: as_stl(far_away(shape))), "m.stl",
         "steps of 2 mm", "origin"),
     imported("a small body beside the sample", mesh(as_stl, box((102, 0, -20), (110, 40, 0))), "m.stl",

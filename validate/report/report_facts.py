@@ -220,7 +220,6 @@ def assumptions(evidence: Evidence) -> Facts:
         "assumed.profile": (),
         "assumed.beside": (),
         "assumed.scale": (outline.scale_residual_mm, "mm"),
-        "assumed.automatic": (),
     }
     others = {
         "assumed.paste-doubt": (fluid.get("material") or {}).get("doubts", ()),

@@ -6,7 +6,7 @@ export const rounded = ([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) 
 /** A draft without points and numbers, by the keys of the trial file. */
 const EMPTY = {
   ends_px: [null, null], crack: null, via_px: [], roi_px: [], branches: null,
-  walls_px: [], crack_strokes_px: [], ground_strokes_px: [],
+  walls_px: [],
   ruler_px: [], ruler_mm: null, face_corners_px: [], face_mm: [null, null], mm_per_px: null, scale_is: null,
   depth_mm: null, tilt: null, wall_angle_deg: null,
 };
@@ -29,8 +29,6 @@ export function hintsOf(draft) {
     ends_px: ends,
     via_px: ends && draft.via_px.length,
     walls_px: ends && draft.walls_px.length,
-    crack_strokes_px: ends && draft.crack_strokes_px.length,
-    ground_strokes_px: ends && draft.ground_strokes_px.length,
     crack: !ends && draft.crack,
     roi_px: draft.roi_px.length >= 2,
     branches: draft.branches,
@@ -132,17 +130,12 @@ function goneRound(corners) {
   return [...ring.slice(lowerLeft), ...ring.slice(0, lowerLeft)];
 }
 
-/** Lines drawn by hand: key in the draft, name of one, class on the photo, and their largest number, as in digitise/settings.py. */
-export const DRAWN = [
-  { key: "walls_px", name: "Wall", shown: "drawn", most: 50 },
-  { key: "crack_strokes_px", name: "Crack stroke", shown: "crack-stroke", most: 20 },
-  { key: "ground_strokes_px", name: "Ground stroke", shown: "ground-stroke", most: 20 },
-];
+export const MAX_WALLS = 50; // As in digitise/settings.py.
 
-/** `draft` without what belongs to one crack: its ends, and all that was drawn along it. */
+/** `draft` without what belongs to one crack: its ends, and the walls drawn along it. */
 export const withoutCrack = (draft) => ({
   ...draft,
-  ...Object.fromEntries(DRAWN.map(({ key }) => [key, []])),
+  walls_px: [],
   ends_px: [null, null],
   via_px: [],
   crack: null,
@@ -173,14 +166,14 @@ function aside([x, y], [left, top], [right, bottom]) {
   return far([x, y], [left + share * dx, top + share * dy]);
 }
 
-/** Number of the line of `key` within `reach` of a point; -1 if there is none. */
-export function nearestDrawn(draft, key, point, reach) {
+/** Number of the drawn wall within `reach` of a point; -1 if there is none. */
+export function nearestWall(draft, point, reach) {
   const away = (line) => Math.min(...line.map((to, index) => aside(point, line[Math.max(index - 1, 0)], to)));
-  return draft[key].findIndex((line) => away(line) <= reach);
+  return draft.walls_px.findIndex((line) => away(line) <= reach);
 }
 
-export const withDrawn = (draft, key, line) => ({ ...draft, [key]: [...draft[key], line] });
-export const withoutDrawn = (draft, key, index) => (index < 0 ? draft : { ...draft, [key]: without(draft[key], index) });
+export const withWall = (draft, line) => ({ ...draft, walls_px: [...draft.walls_px, line] });
+export const withoutWall = (draft, index) => (index < 0 ? draft : { ...draft, walls_px: without(draft.walls_px, index) });
 
 const angle = ([x, y], [left, top]) => Math.atan2(y - top, x - left);
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);

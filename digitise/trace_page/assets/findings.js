@@ -9,11 +9,6 @@ export class Findings {
     this.stale = false; // The path is of an earlier request.
   }
 
-  /** True for a proposal: a path that was found without ends. */
-  get automatic() {
-    return this.path?.source === "automatic";
-  }
-
   /** Take one line of an answer; return the kind of finding that it brings, or null. */
   take({ scale, path, walls }) {
     if (scale) {
@@ -57,7 +52,6 @@ export class Findings {
 
   draw(viaCount) {
     const { lines, path, walls, scale } = this;
-    lines.sheet.classList.toggle("proposed", this.automatic);
     lines.set("ring", walls?.outline_px, true);
     lines.setAll("island", walls?.islands_px, true);
     lines.setAll("band", walls?.bands_px, true);

@@ -1,6 +1,6 @@
 // The trace page: points go to the server, lines come back.
 
-import { DRAWN, draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, volumeOf, withoutCrack, withoutDrawn } from "./draft.js";
+import { draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, volumeOf, withoutCrack, withoutWall } from "./draft.js";
 import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
@@ -65,15 +65,12 @@ function commit(next, kind = null) {
 }
 
 function ask(before) {
-  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, DRAWN.map(({ key }) => draft[key])]);
+  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, draft.walls_px]);
   if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
   part("refusal").textContent = part("save-refused").textContent = "";
-  if (hasEnds(draft) || facts.painted) {
-    part("proposal").hidden = true;
-    return trace("walls");
-  }
-  const searched = findings.automatic || offers.cracks.length;
+  if (hasEnds(draft) || facts.painted) return trace("walls");
+  const searched = offers.cracks.length;
   if (JSON.stringify(before.roi_px) !== JSON.stringify(draft.roi_px)) offers.replace([]);
   const gone = ["ends_px", "via_px"].some((key) => JSON.stringify(before[key]) !== JSON.stringify(draft[key]));
   if (gone) dismiss();
@@ -98,7 +95,6 @@ function dismiss() {
   tracing.forget();
   findings.dismiss();
   findings.draw(draft.via_px.length);
-  part("proposal").hidden = true;
 }
 
 /** `sketch`: the drag goes on; `still`: draw only complete answers, so that walls do not flicker under a moving point. */
@@ -121,7 +117,6 @@ function takeAnswer(answer, { sketch = false, still = false }) {
   if ((kind && whole) || (answer.refused && !sketch) || (answer.done && still)) findings.draw(draft.via_px.length);
   if (kind) followVolume();
   if (kind !== "walls") return;
-  part("proposal").hidden = !findings.automatic;
   say(`Walls traced: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
 }
 
@@ -152,18 +147,17 @@ function refresh() {
   for (const settle of toolbars) settle();
   lines.set("ruler", draft.scale === "ruler" && draft.ruler_px.length === 2 ? draft.ruler_px : null);
   showFace();
-  for (const { key, shown } of DRAWN) lines.setAll(shown, draft[key]);
-  showDrawn(draft, (key, index) => commit(withoutDrawn(draft, key, index)));
+  lines.setAll("drawn", draft.walls_px);
+  showDrawn(draft, (index) => commit(withoutWall(draft, index)));
   lines.set("roi", draft.roi_px.length < 2 ? null : draft.roi_px.length === 2 ? boxed(draft.roi_px) : draft.roi_px, true);
   place();
 }
 
-/** The face as clicked, or as detected, which can then be adjusted. */
+/** The face as clicked, or by the scale. */
 function showFace() {
   const corners = draft.face_corners_px;
   if (draft.scale === "face" && corners.length) lines.set("face", corners, corners.length === 4);
   else lines.set("face", findings.scale?.face_px, true);
-  part("adjust").hidden = corners.length > 0 || !findings.scale?.corners_px;
 }
 
 function followVolume() {
@@ -175,8 +169,7 @@ function followVolume() {
 function place() {
   lines.follow(viewport);
   points.show(pointsOf(draft), viewport);
-  // A single line is the proposal, unless that was refused.
-  offers.show(viewport, draft.ends_px.some(Boolean) ? Infinity : stage.dataset.state === "refused" ? 1 : 2);
+  offers.show(viewport, !draft.ends_px.some(Boolean));
   const [x, y] = viewport.toScreen(crosshair);
   part("crosshair").style.transform = `translate(${x}px, ${y}px)`;
 }
@@ -317,17 +310,6 @@ const PRESSED = {
   fit: VIEW_KEYS[0],
   swap: () => commit({ ...draft, ends_px: [...draft.ends_px].reverse(), via_px: [...draft.via_px].reverse() }),
   search,
-  accept: () => take([findings.path.points_px[0], findings.path.points_px.at(-1)].map(rounded)),
-  reject: () => {
-    offers.replace([]);
-    dismiss();
-    place();
-    stage.focus();
-  },
-  adjust: () => {
-    commit({ ...draft, face_corners_px: findings.scale.corners_px.map(rounded) });
-    choose("face");
-  },
 };
 for (const [id, press] of Object.entries(PRESSED)) part(id).addEventListener("click", press);
 watchFields((edit) => commit(edit(draft)));
@@ -335,7 +317,7 @@ watchFields((edit) => commit(edit(draft)));
 /** A sentence on all that a save still needs, or null. */
 function missing() {
   const lacks = [];
-  if (!hasEnds(draft) && !facts.painted) lacks.push("both ends (or accept the line found automatically)");
+  if (!hasEnds(draft) && !facts.painted) lacks.push("both ends");
   const unasked = facts.path_only || facts.tables.includes("depth_mm");
   if (!draft.depth_mm && !unasked) lacks.push("the measured depth in mm");
   if (facts.is_new && !findings.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");

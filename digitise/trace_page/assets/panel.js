@@ -1,6 +1,6 @@
 // The panel of findings and fields.
 
-import { DRAWN, replaced } from "./draft.js";
+import { replaced } from "./draft.js";
 import { made, part } from "./page.js";
 
 const numberOf = (text) => Number(text.trim().replace(",", ".") || NaN);
@@ -34,7 +34,7 @@ export function showVolume(volumeMl, shallow) {
 const SOURCES = {
   ends: () => "Between your two ends",
   via: (count) => `Between your two ends, past ${count} via point${count === 1 ? "" : "s"}`,
-  automatic: () => "Found automatically: a proposal",
+  choice: () => "Along the line with this number",
   mask: () => "As painted in the mask",
 };
 
@@ -89,14 +89,13 @@ export function showPhotos(photos, turn) {
   part("photos").replaceChildren(...buttons.map((button) => made("li", {}, button)));
 }
 
-/** A row for each line that was drawn; `erase(key, index)`. */
+/** A row for each wall that was drawn; `erase(index)`. */
 export function showDrawn(draft, erase) {
-  const rows = DRAWN.flatMap(({ key, name, shown }) =>
-    draft[key].map((line, index) => {
-      const [x, y] = line[0].map(Math.round);
-      const gone = made("button", { "aria-label": `Erase ${name.toLowerCase()} ${index + 1}`, click: () => erase(key, index) }, "×");
-      return made("div", { class: shown }, made("span", {}, `${name} ${index + 1}, from x ${x}, y ${y}`), gone);
-    }));
+  const rows = draft.walls_px.map((line, index) => {
+    const [x, y] = line[0].map(Math.round);
+    const gone = made("button", { "aria-label": `Erase wall ${index + 1}`, click: () => erase(index) }, "×");
+    return made("div", { class: "drawn" }, made("span", {}, `Wall ${index + 1}, from x ${x}, y ${y}`), gone);
+  });
   part("drawn-section").hidden = !rows.length;
   part("drawn").replaceChildren(...rows);
 }

@@ -1,30 +1,13 @@
 // Tools: what a click on the photo places, and what a drag draws.
 
-import { DRAWN, hasEnds, nearestDrawn, simplified, withCorner, withDrawn, withVia, withoutDrawn } from "./draft.js";
+import { MAX_WALLS, hasEnds, nearestWall, simplified, withCorner, withVia, withWall, withoutWall } from "./draft.js";
 import { made } from "./page.js";
 
 const MAX_VIA = 50; // As in digitise/settings.py: more would draw the crack.
 
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);
 
-/** A tool that draws lines; a click on one erases it, and with `dots` a click beside them draws a dot. */
-function drawing({ guide, dots, ...rest }) {
-  const { setting } = rest;
-  const { most } = DRAWN.find(({ key }) => key === setting);
-  const open = (draft) => hasEnds(draft) && draft[setting].length < most;
-  return {
-    ...rest,
-    guide: (draft) => {
-      if (!hasEnds(draft)) return "Give both ends first.";
-      return open(draft) ? guide(draft[setting].length) : "No more of these: paint the crack in a mask instead.";
-    },
-    place: (draft, point, { reach }) => {
-      const near = nearestDrawn(draft, setting, point, reach);
-      return dots && near < 0 && open(draft) ? withDrawn(draft, setting, [point]) : withoutDrawn(draft, setting, near);
-    },
-    draw: (draft, trail) => (open(draft) ? withDrawn(draft, setting, simplified(trail)) : draft),
-  };
-}
+const canDraw = (draft) => hasEnds(draft) && draft.walls_px.length < MAX_WALLS;
 
 export const TOOLS = {
   ends: {
@@ -53,26 +36,18 @@ export const TOOLS = {
     place: (draft, point, { path }) =>
       hasEnds(draft) && draft.via_px.length < MAX_VIA ? withVia(draft, point, path) : draft,
   },
-  crack: drawing({
-    key: "c",
-    setting: "crack_strokes_px",
-    icon: "M4 12c4-4 5 3 8 0s5-5 8-1M12 18v.01",
-    dots: true,
-    guide: (drawn) => drawn ? "Paint crack that the lines leave out. Click a stroke to erase it." : "Paint crack that the lines leave out: drag, or click for a dot.",
-  }),
-  ground: drawing({
-    key: "g",
-    setting: "ground_strokes_px",
-    icon: "M3 17c5-1 6 1 9 0s5-1 9 0M4 9c3-3 5 2 8 0s5-3 8-1",
-    dots: true,
-    guide: (drawn) => drawn ? "Paint ground inside the lines. Click a stroke to erase it." : "Paint ground inside the lines: drag, or click for a dot.",
-  }),
-  wall: drawing({
+  wall: {
     key: "w",
     setting: "walls_px",
     icon: "M3 8c4 0 4 3 8 3s5-4 10-4M3 16c5 0 6-2 9-2M15 21l1-4 5-5 3 3-5 5z",
-    guide: (drawn) => (drawn ? "Draw along the true wall. Click a drawn stretch to erase it." : "Draw along the true wall, from the line back to it."),
-  }),
+    guide: (draft) => {
+      if (!hasEnds(draft)) return "Give both ends first.";
+      if (!canDraw(draft)) return "No more of these: paint the crack in a mask instead.";
+      return draft.walls_px.length ? "Draw along the true wall. Click a drawn stretch to erase it." : "Draw along the true wall, from the line back to it.";
+    },
+    place: (draft, point, { reach }) => withoutWall(draft, nearestWall(draft, point, reach)),
+    draw: (draft, trail) => (canDraw(draft) ? withWall(draft, simplified(trail)) : draft),
+  },
   ruler: {
     key: "r",
     setting: "ruler_px",

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from ezdxf import units
 
+from digitise.drawing.given import GivenDrawing
 from digitise.drawing.given_lines import outline_of_line
-from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_obj
+from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_stl
 from digitise.exports import dxf_text
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
@@ -29,15 +30,15 @@ def _saved(folder, draw, unit=units.MM):
 
 
 def _crack(file, **asked):
-    return drawn_crack(open_drawing(file, None), **asked)[0]
+    return drawn_crack(open_drawing(file, None), GivenDrawing(depth_mm=DEPTH_MM, **asked))[0]
 
 
 def _volume_mm3(outline):
     """Volume of the cavity, checked against the block's volume less that of its mesh."""
     solid = build_solid(outline, CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
-    words = [line.split() or [""] for line in sample_obj(outline, DEPTH_MM).decode().splitlines()]
-    vertices_mm = np.array([word[1:] for word in words if word[0] == "v"], dtype=float)
-    corners = vertices_mm[np.array([word[1:] for word in words if word[0] == "f"], dtype=int) - 1]
+    words = [line.split() or [""] for line in sample_stl(outline, DEPTH_MM).decode().splitlines()]
+    vertices_mm = np.array([word[1:] for word in words if word[0] == "vertex"], dtype=float)
+    corners = vertices_mm.reshape(-1, 3, 3)
     inside_mm3 = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
     volume_mm3 = np.prod(np.ptp(vertices_mm, axis=0)) - inside_mm3
     assert solid.cavity_volume_mm3 == pytest.approx(volume_mm3, rel=1e-6)
@@ -48,12 +49,10 @@ def test_a_traced_crack_is_unchanged_after_writing_and_reading(tmp_path):
     outline = arc_slot()
     (tmp_path / "a.dxf").write_text(dxf_text(outline, None))
     drawing = open_drawing(tmp_path / "a.dxf", None)
-    rings_mm, lines_mm = drawing.lines("outline")
-    assert (len(rings_mm), lines_mm, drawing.notes) == (1, [], [])
-    (_, left_mm), (_, centre_mm) = drawing.lines("WALL_LEFT"), drawing.lines("CENTRELINE")
-    pairs = (rings_mm, outline.outline_mm), (left_mm, outline.left_wall_mm), (centre_mm, outline.centreline_mm)
-    for (read_mm,), line_mm in pairs:
+    for layer, line_mm in (("wall_left", outline.left_wall_mm), ("CENTRELINE", outline.centreline_mm)):
+        (read_mm,) = drawing.lines(layer)
         assert np.abs(read_mm - line_mm).max() < 1e-9
+    assert drawing.notes == []
 
 
 def test_the_nozzle_path_is_written_as_a_polyline_in_3d(tmp_path):
@@ -66,16 +65,17 @@ def test_the_nozzle_path_is_written_as_a_polyline_in_3d(tmp_path):
 
 
 @pytest.mark.parametrize(("unit", "mm"), [(units.CM, 10.0), (units.IN, 25.4)])
-def test_separate_segments_in_any_unit_are_joined_to_one_outline(tmp_path, unit, mm):
+def test_separate_segments_in_any_unit_are_joined_to_a_wall(tmp_path, unit, mm):
     """The segments are LINEs in any order and direction."""
 
     def draw(space):
-        sides = [*pairwise([*RING / mm, RING[0] / mm])]
-        for index in (2, 0, 3, 1):
-            first, last = sides[index][:: -1 if index % 2 else 1]
-            space.add_line(first, last, dxfattribs={"layer": "outline"})
+        for layer, y in (("A", 3.0), ("B", 0.0)):
+            sides = [*pairwise(np.column_stack([np.linspace(0, 40, 5), np.full(5, y)]) / mm)]
+            for index in (2, 0, 3, 1):
+                first, last = sides[index][:: -1 if index % 2 else 1]
+                space.add_line(first, last, dxfattribs={"layer": layer})
 
-    outline = _crack(_saved(tmp_path, draw, unit))
+    outline = _crack(_saved(tmp_path, draw, unit), walls=("A", "B"))
     assert _volume_mm3(outline) == pytest.approx(40 * 3 * DEPTH_MM, rel=1e-4)
     assert (outline.ends, outline.length_mm) == (CLOSED, pytest.approx(40.0, rel=1e-4))
 
@@ -96,26 +96,16 @@ def test_a_drawn_centreline_gives_the_same_crack_as_its_points(tmp_path, closed)
     line_mm = np.array([(10.0 * closed, 20.0), (30.0, 24.0), (50.0, 18.0)])
 
     def draw(space):
-        space.add_lwpolyline(line_mm + np.array([7, 5]), dxfattribs={"layer": "L", "const_width": 2.5})
-        space.add_lwpolyline([(7, 5), (67, 5), (67, 45), (7, 45)], close=True, dxfattribs={"layer": "FACE"})
+        space.add_lwpolyline(line_mm, dxfattribs={"layer": "L", "const_width": 2.5})
         space.add_text("scratch")
 
     drawing = open_drawing(_saved(tmp_path, draw), None)
-    outline, _ = drawn_crack(drawing, line=("L", 3.0))
+    outline, _ = drawn_crack(drawing, GivenDrawing(depth_mm=DEPTH_MM, line="L", width_mm=3.0, face_mm=(60.0, 40.0)))
     same, _ = outline_of_line(line_mm, np.array([[0.0, 3.0]]), (0.0, 0.0, 60.0, 40.0), "line")
     assert _volume_mm3(outline) == pytest.approx(_volume_mm3(same), rel=1e-9)
     assert outline.centreline_mm == pytest.approx(same.centreline_mm)
     assert outline.ends == same.ends == ("cut" if closed else "open", "cut")
     assert any("layer L: these parts were left out: widths of polylines (1)" in note.text for note in drawing.notes)
-
-
-def test_a_circle_inside_the_outline_is_an_island(tmp_path):
-    def draw(space):
-        space.add_lwpolyline(RING, close=True, dxfattribs={"layer": "edge"})
-        space.add_circle((20, 1.5), 0.5, dxfattribs={"layer": "edge"})
-
-    outline = _crack(_saved(tmp_path, draw), outline="edge")
-    assert _volume_mm3(outline) == pytest.approx((120 - np.pi / 4) * DEPTH_MM, rel=1e-3)
 
 
 def test_lines_in_blocks_get_the_scale_and_layer_of_the_insert(tmp_path):
@@ -127,28 +117,35 @@ def test_lines_in_blocks_get_the_scale_and_layer_of_the_insert(tmp_path):
         for x in (0, 10):
             (blocks.get("SIDES") or blocks.new("SIDES")).add_blockref("SIDE", (x, 0))
         for y in (0, 3):
-            space.add_blockref("SIDES", (40, y), dxfattribs={"layer": "OUTLINE", "xscale": -2})
-        for x in (0, 40):
-            space.add_line((x, 0), (x, 3), dxfattribs={"layer": "OUTLINE"})
+            space.add_blockref("SIDES", (40, y), dxfattribs={"layer": f"WALL{y}", "xscale": -2})
 
-    assert _volume_mm3(_crack(_saved(tmp_path, draw))) == pytest.approx(40 * 3 * DEPTH_MM, rel=1e-6)
+    assert _volume_mm3(_crack(_saved(tmp_path, draw), walls=("WALL3", "WALL0"))) == pytest.approx(
+        40 * 3 * DEPTH_MM, rel=1e-6
+    )
 
 
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
-        ({}, "layer OUTLINE has no readable lines in model space. Left out: nothing. Layers with lines: A"),
-        ({"outline": "A"}, "layer A: it has 1 open lines; the smallest gap is 3 mm at (0, -0.002)"),
-        ({"walls": ("A", "B")}, "layer B has no readable lines"),
-        ({"line": ("A", 3.0)}, "within 3 mm of itself, at s = "),
-        ({"unit": 0}, "--units"),
+        (
+            {"walls": ("A", "B")},
+            "layer B has no readable lines in model space. Left out: nothing. Layers with",
+        ),
+        ({"walls": ("A", "C")}, "layer C: it has a closed line"),
+        ({"line": "A", "width_mm": 3.0}, "within 3 mm of itself, at s = "),
+        ({"line": "A", "width_mm": 3.0, "unit": 0}, "--units"),
     ],
 )
 def test_the_error_for_a_missing_or_unsuitable_layer_names_the_layer(tmp_path, asked, named):
     """A drawing without a unit is refused too. The line of 3 mm in width is a hairpin whose legs touch."""
     unit = asked.pop("unit", units.MM)
     line_mm = RING - np.array([0, 0.002])
-    file = _saved(tmp_path, lambda space: space.add_lwpolyline(line_mm, dxfattribs={"layer": "A"}), unit)
+
+    def draw(space):
+        space.add_lwpolyline(line_mm, dxfattribs={"layer": "A"})
+        space.add_circle((20, 1.5), 0.5, dxfattribs={"layer": "C"})
+
+    file = _saved(tmp_path, draw, unit)
     with pytest.raises(InputError, match=r"drawn\.dxf") as fault:
         _crack(file, **asked)
     assert named in str(fault.value)
@@ -161,5 +158,5 @@ def test_copies_of_a_line_are_read_once(tmp_path):
             space.add_lwpolyline(RING[::step], dxfattribs={"layer": "B"})
 
     drawing = open_drawing(_saved(tmp_path, draw), None)
-    assert [tuple(map(len, drawing.lines(name))) for name in "AB"] == [(1, 0), (0, 1)]
+    assert [len(drawing.lines(name)) for name in "AB"] == [1, 1]
     assert all("exact copies of lines (3)" in note.text for note in drawing.notes)

@@ -1,4 +1,4 @@
-"""The cavity of a crack in a block, its sections, the path from a file, and refusals."""
+"""The cavity of a crack in a block, its sections, and refusals."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 from manifold3d import Manifold, OpType
 
 from digitise.mesh_import.block import cut_block
-from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, in_mouth, read_path
+from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity
 from sealtwin.core.errors import InputError
 from tests.support.meshes import SLOT_MM3, block, box, slotted
 from tests.support.shapes import CLOSED, straight_slot
@@ -15,8 +15,8 @@ from tests.support.shapes import CLOSED, straight_slot
 BELOW_MM = 0.05
 
 
-def cavity_in(body: Manifold, line_mm: np.ndarray | None = None) -> Cavity:
-    return find_cavity(cut_block(body, BELOW_MM), BELOW_MM, line_mm)
+def cavity_in(body: Manifold) -> Cavity:
+    return find_cavity(cut_block(body, BELOW_MM), BELOW_MM)
 
 
 FUNNEL = [[x, y, z] for x in (20.0, 80.0) for y, z in ((19.0, -5.0), (21.0, -5.0), (14.0, 0.0), (26.0, 0.0))]
@@ -41,12 +41,10 @@ def test_the_cavity_has_the_volume_and_depth_of_the_modelled_crack(body, volume_
     assert cavity.warnings == ()
 
 
-def test_a_block_with_two_cracks_needs_a_path_along_the_intended_crack():
+def test_a_block_with_two_cracks_is_refused_with_their_places():
     two = slotted(box((20.0, 5.0, -6.0), (70.0, 9.0, 1.0)))
     with pytest.raises(InputError, match=r"240 mm² .*\(50, 20\) and 200 mm² .*\(45, 7\)"):
         cavity_in(two)
-    line_mm = np.column_stack([np.linspace(10, 75, 30), np.full(30, 7.0)])
-    assert cavity_in(two, line_mm).volume_mm3 == pytest.approx(50 * 4 * 6)
 
 
 @pytest.mark.parametrize(
@@ -61,33 +59,6 @@ def test_a_block_with_two_cracks_needs_a_path_along_the_intended_crack():
 def test_a_crack_through_the_underside_and_a_pore_are_refused(body, says):
     with pytest.raises(InputError, match=says):
         cavity_in(body)
-
-
-@pytest.mark.parametrize("text", ["z_mm,x_mm,y_mm\r\n0,1,2\r\n0,3,4.5\r\n", "\ufeffy_mm,x_mm\n2,1\n4.5,3"])
-def test_the_coordinates_of_a_path_are_read_by_column_name(tmp_path, text):
-    (tmp_path / "path.csv").write_text(text, encoding="utf-8")
-    assert np.array_equal(read_path(tmp_path / "path.csv"), [[1.0, 2.0], [3.0, 4.5]])
-
-
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        (b"", "path.csv, row 1: no column x_mm"),
-        (b"x_mm,y_mm\n1,2\n1,2\n", "all points are the same"),
-        (b"x_mm,y_mm\n1,2\n3\n", "row 3: the row has 1 cells"),
-        (b"x_inch,y_inch\n1,2\n3,4\n", "row 1: column 'x_inch'"),
-        (b"x_mm,y_mm\n1,nan\n3,4\n", "row 2, column y_mm: nan"),
-    ],
-)
-def test_a_faulty_path_file_is_refused_with_the_reason(tmp_path, content, says):
-    (tmp_path / "path.csv").write_bytes(content)
-    with pytest.raises(InputError, match=says):
-        read_path(tmp_path / "path.csv")
-
-
-def test_a_path_beside_the_crack_is_refused():
-    with pytest.raises(InputError, match=r"outside the crack on 100% of its length"):
-        in_mouth(cavity_in(slotted()).mouth, np.array([[10.0, 35.0], [90.0, 35.0]]))
 
 
 def test_a_section_includes_undercuts_but_not_the_other_leg_of_a_hairpin_crack():

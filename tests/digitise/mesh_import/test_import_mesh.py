@@ -22,7 +22,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import Triangles
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
-from tests.support.meshes import Mesh, block, box, fine, labelled_mm2, mesh_of, slotted, turned
+from tests.support.meshes import Mesh, block, box, fine, labelled_mm2, mesh_of, slotted
 from tests.support.shapes import OPEN, wandering_crack
 
 
@@ -146,29 +146,6 @@ def test_a_mesh_that_crosses_itself_is_refused_with_the_position(tmp_path):
     vertices[np.argmin(np.linalg.norm(vertices - [70.0, 26.0, 0.0], axis=1))] = 70.0, 21.0, -5.0
     with pytest.raises(InputError, match=r"scan\.stl: .* crosses itself .* \(\d+"):
         brought(tmp_path, (vertices, faces))
-
-
-def test_a_path_from_a_file_becomes_the_centreline(tmp_path):
-    """The path is in the frame of the file turned upright, before the face is levelled and moved."""
-    mesh = turned(turned(SLOT, 0, 3.0), 2, 14.0)
-    line_mm = np.column_stack([np.linspace(75, 15, 100), np.full(100, 20.4), np.zeros(100)])
-    file_mm = turned(turned((line_mm, mesh[1]), 0, 3.0), 2, 14.0)[0]
-    np.savetxt(tmp_path / "path.csv", file_mm, "%.6f", ",", header="x_mm,y_mm,z_mm", comments="")
-    back = brought(tmp_path, mesh, path=Path("path.csv"))
-    centre = back.outline.centreline_mm
-    assert np.abs(centre[:, 1] - 20.4).max() < 0.02
-    # The slot ends at x = 20, and so does its centreline.
-    assert centre[[0, -1], 0] == pytest.approx([75, 20], abs=0.3)
-    assert (back.outline.path_source, back.outline.seen_in) == ("line", "mesh")
-    assert back.outline.width_mm[20:-40] == pytest.approx(4.0, abs=0.02)
-
-
-def test_a_path_along_half_of_the_crack_gives_a_warning(tmp_path):
-    """The slot runs from 20 to 80 mm; one half would get the sealant of both."""
-    line_mm = np.linspace((50.0, 20.0), (85.0, 20.0), 50)
-    np.savetxt(tmp_path / "path.csv", line_mm, delimiter=",", header="x_mm,y_mm", comments="")
-    (warning,) = brought(tmp_path, SLOT, path=Path("path.csv")).outline.warnings
-    assert "follows only 50 %" in warning.text or "follows only 51 %" in warning.text
 
 
 def test_a_block_on_its_side_gives_a_note_about_the_up_axis(tmp_path):

@@ -47,16 +47,15 @@ def test_the_centreline_of_a_closed_crack_ends_at_the_rim(mouth, expected_mm):
 
 
 @pytest.mark.parametrize(
-    ("mouth", "between_mm", "says"),
+    ("mouth", "says"),
     [
-        (CrossSection.square((12.0, 8.0)), None, r"12\.0 x 8\.0 mm, is not a crack: .* 8\.0 mm wide"),
-        (CrossSection.circle(6.0, 64), None, r"11\.9 x 11\.9 mm, is not a crack"),
-        (CrossSection.circle(20.0) - CrossSection.circle(17.0), None, r"a ring around \(-?0\.0, -?0\.0\) mm"),
-        (zigzag(3.0), ZIGZAG_MM[[0, 2]], "do not face each other along one line"),
+        (CrossSection.square((12.0, 8.0)), r"12\.0 x 8\.0 mm, is not a crack: .* 8\.0 mm wide"),
+        (CrossSection.circle(6.0, 64), r"11\.9 x 11\.9 mm, is not a crack"),
+        (CrossSection.circle(20.0) - CrossSection.circle(17.0), r"a ring around \(-?0\.0, -?0\.0\) mm"),
     ],
-    ids=["square", "disc", "ring", "path that ends in a bend"],
+    ids=["square", "disc", "ring"],
 )
-def test_a_mouth_without_a_centreline_is_refused_without_words_about_photos(mouth, between_mm, says):
+def test_a_mouth_without_a_centreline_is_refused_without_words_about_photos(mouth, says):
     with pytest.raises(InputError, match=says) as refusal:
-        line_of_mouth(mouth, FAR_MM, between_mm)
+        line_of_mouth(mouth, FAR_MM)
     assert not any(word in str(refusal.value) for word in ("photo", "ends_px", "px"))

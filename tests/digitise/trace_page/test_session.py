@@ -29,7 +29,7 @@ from digitise.trace_page.session import (
     scale_settings,
 )
 from sealtwin.core.errors import InputError
-from tests.support.photos import edge_of_patch, evenly_scaled, mortar, wandering, with_crack, write_png
+from tests.support.photos import edge_of_patch, evenly_scaled, mortar, with_crack, write_png
 
 ENDS = ((50.0, 201.0), (450.0, 101.0))
 
@@ -109,19 +109,11 @@ def test_via_points_and_the_region_of_interest_are_used(session):
     assert re.match("crack.png: .*roi_px", away["refused"])
 
 
-def test_a_crack_is_proposed_without_clicked_ends(tmp_path):
-    """A run would give a warning that points to its overlay; the page asks the user instead."""
-    picture = with_crack(mortar(), wandering([(50, 200), (180, 150), (300, 160), (450, 100)]))
-    answers = _asked(_session(write_png(tmp_path / "crack.png", picture)), Hints(mm_per_px=0.1))
-    assert answers["path"]["source"] == "automatic"
-    assert not answers["walls"]["warnings"]
-
-
-def test_a_single_doubtful_line_is_offered_for_confirmation(tmp_path):
+def test_a_single_line_is_offered_for_confirmation(tmp_path):
     offered = _asked(_session(write_png(tmp_path / "edge.png", edge_of_patch())), Hints(), revision=1.0)
     assert list(offered) == ["scale", "cracks", "refused"]
     assert len(offered["cracks"]) == 1
-    assert "not certain" in offered["refused"]
+    assert "This line may be the crack" in offered["refused"]
 
 
 def test_the_page_opens_with_the_hints_of_the_trial(file):
@@ -194,14 +186,14 @@ def test_only_the_newest_of_several_waiting_searches_is_made(session, monkeypatc
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
 
 
-def test_a_stroke_in_an_open_session_gives_the_result_of_a_new_session(file):
+def test_a_wall_drawn_in_an_open_session_gives_the_result_of_a_new_session(file):
     session, plain = _session(file), Hints(ends_px=ENDS)
-    stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
+    drawn = plain.model_copy(update={"walls_px": (((170.0, 170.0), (190.0, 168.0)),)})
     _asked(session, plain)
-    answer = _asked(session, stroked)
-    assert answer == _asked(_session(file), stroked)
-    assert any("strokes drawn by hand" in warning for warning in answer["walls"]["warnings"])
-    assert any(text.startswith("left wall by drawn") for *_, text in answer["walls"]["why"])
+    answer = _asked(session, drawn)
+    assert answer == _asked(_session(file), drawn)
+    assert any("lines drawn by hand" in warning for warning in answer["walls"]["warnings"])
+    assert any("wall by drawn" in text for *_, text in answer["walls"]["why"])
 
 
 def _clouds(width, height):

@@ -1,4 +1,4 @@
-"""Walls from painted masks, and from lines and strokes that are drawn by hand."""
+"""Walls from painted masks, and from lines that are drawn by hand."""
 
 import cv2
 import numpy as np
@@ -8,8 +8,8 @@ from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
-from digitise.settings import MAX_STROKES, MAX_WALL_POINTS
-from digitise.walls.doubts import BY_STROKES
+from digitise.settings import MAX_WALL_POINTS, MAX_WALLS
+from digitise.walls.doubts import PLAUSIBLE
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import of_keys, texts
 from tests.support.photos import how_traced, mortar, photo_of_light, with_crack, with_paint
@@ -136,9 +136,9 @@ def pale(tmp_path_factory):
     return banded_photo(tmp_path_factory.mktemp("pale"), 0.45)
 
 
-def traced(banded, crack=(), ground=()):
+def traced(banded, *walls):
     photo, path = banded
-    return trace_outline(photo, path, how_traced(crack_strokes_px=crack or None, ground_strokes_px=ground or None))
+    return trace_outline(photo, path, how_traced(walls_px=walls or None))
 
 
 def lower_px(outline, first, last):
@@ -147,93 +147,53 @@ def lower_px(outline, first, last):
     return float(y[(x > first) & (x < last) & (y > 150)].mean())
 
 
-@pytest.mark.parametrize(
-    ("photo", "kind", "other", "line"),
-    [("pale", "crack", "ground", ((235.0, 162.0), (265.0, 164.0))), ("banded", "ground", "crack", ((250.0, 163.0),))],
-)
-def test_a_stroke_or_dot_moves_the_lower_wall_across_a_band(request, photo, kind, other, line):
-    """The stroke acts by the lightness under it, also beside it; walls 100 px away do not move."""
-    crack = request.getfixturevalue(photo)
-    before, after = traced(crack), traced(crack, **{kind: (line,)})
-    assert lower_px(before, 235, 265) == pytest.approx(LOWER_PX[other], abs=1.5)
-    assert lower_px(after, 235, 265) == pytest.approx(LOWER_PX[kind], abs=1.5)
-    assert lower_px(after, 40, 110) == pytest.approx(lower_px(before, 40, 110), abs=0.05)
-    assert any("strokes drawn by hand" in warning.text for warning in after.warnings)
+@pytest.mark.parametrize(("photo", "before", "after"), [("pale", "ground", "crack"), ("banded", "crack", "ground")])
+def test_a_drawn_wall_moves_the_lower_wall_across_a_band(request, photo, before, after):
+    """Walls 100 px away do not move."""
+    crack, wall = request.getfixturevalue(photo), ((230.0, LOWER_PX[after]), (270.0, LOWER_PX[after]))
+    measured, drawn = traced(crack), traced(crack, wall)
+    assert lower_px(measured, 235, 265) == pytest.approx(LOWER_PX[before], abs=1.5)
+    assert lower_px(drawn, 235, 265) == pytest.approx(LOWER_PX[after], abs=1.5)
+    assert lower_px(drawn, 40, 110) == pytest.approx(lower_px(measured, 40, 110), abs=0.05)
+    assert any("lines drawn by hand" in warning.text for warning in drawn.warnings)
 
 
-def test_a_band_that_may_be_crack_gives_a_warning_until_a_stroke_decides(banded):
+def test_a_band_that_may_be_crack_gives_a_warning_until_a_drawn_wall_decides(banded):
     outline = traced(banded)
     low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
     share = 200 / 440
     assert low_mm < 0.1 * (CORE_PX + 1)  # at the middle of a blurred edge
     assert high_mm > 0.1 * (CORE_PX + 0.9 * share * BAND_PX)
     assert len(outline.bands_mm) == 1
-    assert [warning.key for warning in of_keys(outline.warnings, BY_STROKES)] == [f"{BY_STROKES}.band"]
-    decided = traced(banded, crack=(((170.0, 163.0), (330.0, 163.0)),))
+    assert [warning.key for warning in of_keys(outline.warnings, PLAUSIBLE)] == [f"{PLAUSIBLE}.band"]
+    decided = traced(banded, ((145.0, 169.0), (355.0, 169.0)))
     assert not decided.bands_mm
     assert decided.width_95_mm is None
 
 
-OVER_BAND = ((240.0, 163.0), (260.0, 163.0))
-
-
-@pytest.mark.parametrize(
-    ("crack", "ground", "named"),
-    [
-        ((OVER_BAND, ((200.0, 150.0), (230.0, 40.0))), (), r"crack_strokes_px, stroke 2, .* at \(\d+, \d+\)"),
-        ((((480.0, 150.0), (495.0, 150.0)),), (), "crack_strokes_px, stroke 1"),
-        ((), (((250.0, 120.0), (250.0, 180.0)),), r"ground_strokes_px, stroke 1, crosses .* at \(250, \d+\)"),
-        ((OVER_BAND,), (((250.0, 163.0),),), r"ground_strokes_px, stroke 1, contradicts .* at \(25\d, 16\d\)"),
-        ((), (((250.0, 400.0),),), "ground_strokes_px, stroke 1, leaves the photo of 500 x 300 px"),
-    ],
-)
-def test_strokes_that_contradict_the_crack_or_each_other_are_refused(banded, crack, ground, named):
-    with pytest.raises(InputError, match=named):
-        traced(banded, crack, ground)
-
-
-def test_a_ground_stroke_far_from_the_crack_only_gives_a_warning(banded):
-    before, after = traced(banded), traced(banded, ground=(((100.0, 20.0), (200.0, 20.0)),))
-    assert np.array_equal(after.left_wall_px, before.left_wall_px)
-    assert any("ground_strokes_px, stroke 1, is not beside this crack" in warning.text for warning in after.warnings)
-
-
-def test_a_ground_stroke_that_cuts_off_the_darker_part_is_refused(tmp_path):
-    """A crack and a wider stain are between the walls, so that the middle line is in the stain."""
-    light = with_crack(mortar(), STROKED_ENDS, 30)
-    light[151:190] = mortar()[151:190] * 0.35
-    photo = photo_of_light(tmp_path, soft(light, 0.8))
-    path = CrackPath(np.array([(20.0, 165.0), (480.0, 165.0)]), 55.0, "ends")
-    with pytest.raises(InputError, match=r"ground_strokes_px, stroke 1, at .* has darker ground beyond it"):
-        traced((photo, path), ground=(((100.0, 156.0), (400.0, 156.0)),))
-
-
-def test_strokes_trace_a_crack_without_visible_walls(tmp_path):
-    """A faint crack among stones of like width is refused without strokes, although a person sees it."""
+def test_walls_trace_a_crack_that_is_not_visible(tmp_path):
+    """A faint crack among stones of like width is refused without drawn walls, although a person sees it."""
     rng = np.random.default_rng(4)
     stones = cv2.GaussianBlur(rng.standard_normal((300, 500)), (0, 0), 5)
     light = 0.35 * np.exp(0.25 * stones / stones.std())
     light[140:160] = 0.21 * np.exp(0.25 * stones[140:160] / stones.std())
     photo = photo_of_light(tmp_path, soft(light, 1.0))
     path = CrackPath(np.array([(20.0, 150.0), (480.0, 150.0)]), 20.0, "ends")
-    with pytest.raises(InputError, match="crack_strokes_px and ground_strokes_px"):
+    with pytest.raises(InputError, match="draw the walls in walls_px"):
         trace_outline(photo, path)
-    crack = [[(x, 144.0), (x + 40, 156.0)] for x in (60.0, 220.0, 400.0)]
-    ground = [[(x, y), (x + 60, y)] for x in (60.0, 220.0, 380.0) for y in (134.0, 166.0)]
-    outline = trace_outline(photo, path, how_traced(crack_strokes_px=crack, ground_strokes_px=ground))
-    assert outline.mean_width_mm == pytest.approx(2.0, rel=0.15)
+    walls = [[(22.0, y), (478.0, y)] for y in (140.0, 160.0)]
+    assert trace_outline(photo, path, how_traced(walls_px=walls)).mean_width_mm == pytest.approx(2.0, rel=0.15)
 
 
 @pytest.mark.parametrize(
-    ("strokes", "named"),
+    ("walls", "named"),
     [
-        ({"crack_strokes_px": [[(1.0, 1.0)]] * (MAX_STROKES + 1)}, "crack_strokes_px"),
-        ({"ground_strokes_px": [[(1.0, 1.0)] * (MAX_WALL_POINTS + 1)]}, "ground_strokes_px"),
-        ({"ground_strokes_px": [[]]}, "ground_strokes_px"),
-        ({"crack_strokes_px": [[(1e9, 0.0)]]}, "crack_strokes_px"),
-        ({"crack_strokes_px": [[(1.0, 1.0)]], "mask": "mask.png"}, "mask cannot be combined with"),
+        ({"walls_px": [[(1.0, 1.0), (2.0, 2.0)]] * (MAX_WALLS + 1)}, "walls_px"),
+        ({"walls_px": [[(1.0, 1.0)] * (MAX_WALL_POINTS + 1)]}, "walls_px"),
+        ({"walls_px": [[]]}, "walls_px"),
+        ({"walls_px": [[(1.0, 1.0), (2.0, 2.0)]], "mask": "mask.png"}, "mask cannot be combined with"),
     ],
 )
-def test_too_many_or_invalid_strokes_are_refused(strokes, named):
+def test_too_many_or_invalid_walls_are_refused(walls, named):
     with pytest.raises(InputError, match=named):
-        how_traced(**strokes)
+        how_traced(**walls)

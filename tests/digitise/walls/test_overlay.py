@@ -47,7 +47,7 @@ def test_walls_centreline_and_ends_are_drawn_at_their_positions(scene):
 
 def test_the_picture_of_cracks_to_choose_from_numbers_each_crack(scene):
     photo, outline, _ = scene
-    crack = FoundCrack(outline.centreline_px, 31.0, 1.0, unlike=0.0, doubt="")
+    crack = FoundCrack(outline.centreline_px, 31.0, 1.0, unlike=0.0)
     picture = draw_cracks(photo, (crack,))
     scale = picture.shape[1] / photo.size_px[0]
     clear = np.linalg.norm(crack.outline_px - crack.middle_px, axis=1) > 60 / scale

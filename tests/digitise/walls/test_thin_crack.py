@@ -114,7 +114,7 @@ def test_a_width_that_cannot_be_fitted_leaves_only_the_clicked_path(tmp_path, of
     assert outline.length_mm == pytest.approx(arc_length(path.points_px)[-1] * photo.mm_per_px, rel=0.06)
     assert any("width_mm" in warning.text for warning in outline.warnings)
     with pytest.raises(InputError, match="width_mm"):
-        trace_outline(photo, replace(path, source="automatic"))
+        trace_outline(photo, replace(path, source="choice"))
 
 
 PLACES_PX = 0.5 * np.arange(-30, 31, dtype=float)

@@ -266,7 +266,6 @@ def test_a_fluid_does_not_freeze_by_default():
         ("read_readings(READINGS, unit='cm')", "read_readings: unit"),
         ("read_readings(__file__, columns=['s_mm', 'level_mm'])", "columns must be a table"),
         ("plot_levels()", "readings"),
-        ("write_robot_program('P01', replace(crack, path_source='automatic'), path, {})", "allow_automatic"),
         ("read_readings(READINGS, fitted=['fluid.u'])", "read_readings: fitted: fluid.u"),
         ("release_block(9, 9, 0, Fluid(U=1), duration_s=1, solver=Solver())", "release_block: height_mm = 0"),
         ("compare(None, None, None, None, gate_mm=-1)", "compare: gate_mm = -1"),

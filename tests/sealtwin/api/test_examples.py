@@ -11,7 +11,7 @@ import pytest
 from ezdxf import units
 
 import sealtwin as st
-from digitise.drawing.read_dxf import sample_obj
+from digitise.drawing.read_dxf import sample_stl
 from sealtwin.api import studies
 from tests.support.processes import commands
 from tests.support.tiny_study import plannable_lab
@@ -29,7 +29,7 @@ BEFORE = {"fill_fast": FILLED[:1], "compare": COMPARED[:-1], "plot_levels": COMP
 """Examples that run before another example, which uses their variables."""
 TRIAL = """
 name = "drawn"
-mesh = {file = "crack.obj", units = "mm", data = "synthetic"}
+mesh = {file = "crack.stl", units = "mm", data = "synthetic"}
 path = {speed_mm_s = 5, volume_ml = 1.3}
 fluid = {viscosity_pa_s = 1, yield_stress_pa = 5, freeze_after_s = "never"}
 solver = {model = "slot", radius_mm = "auto", settle_s = 2}
@@ -42,7 +42,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def lab(tmp_path_factory) -> Path:
     """Files that the examples name."""
     folder = plannable_lab(tmp_path_factory.mktemp("lab"))
-    (folder / "crack.obj").write_bytes(sample_obj(st.crack_from_polyline([(0, 20), (60, 20)], 3), 10.0))
+    (folder / "crack.stl").write_bytes(sample_stl(st.crack_from_polyline([(0, 20), (60, 20)], 3), 10.0))
     drawing = ezdxf.filemanagement.new(units=units.MM)
     drawing.modelspace().add_lwpolyline([(0, 20), (60, 20)], dxfattribs={"layer": "MIDDLE"})
     drawing.saveas(folder / "crack.dxf")

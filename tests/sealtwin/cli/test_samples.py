@@ -43,14 +43,13 @@ def run(tmp_path_factory):
 
 
 def test_a_crack_exported_to_dxf_and_imported_again_is_the_same(run, tmp_path):
-    written = sealtwin("export", run, "--format", "mask,coco,dxf", "--out", tmp_path / "out", "--json")
+    written = sealtwin("export", run, "--format", "mask,dxf", "--out", tmp_path / "out", "--json")
     assert written.exit_code == 0, written.output
     names = sorted(file.name for file in (tmp_path / "out").iterdir())
-    assert names == ["coco.json", "crack.dxf", "crack_mask.png"]
-    assert len(json.loads((tmp_path / "out" / "coco.json").read_text())["annotations"]) == 1
+    assert names == ["crack.dxf", "crack_mask.png"]
     before = json.loads((run / "run.json").read_text())["sample"]
-    for number, how in enumerate(((), ("--walls", "WALL_LEFT", "WALL_RIGHT"))):
-        folder = tmp_path / f"drawn{number}"
+    for number, layers in enumerate((("WALL_LEFT", "WALL_RIGHT"), ("WALL_RIGHT", "WALL_LEFT"))):
+        folder, how = tmp_path / f"drawn{number}", ("--walls", *layers)
         drawn = sealtwin("import-dxf", tmp_path / "out" / "crack.dxf", "--depth-mm", 8, *how, "--out", folder, "--json")
         assert drawn.exit_code == 0, drawn.output
         after = json.loads(drawn.stdout)["sample"]
@@ -62,18 +61,18 @@ def test_a_crack_exported_to_dxf_and_imported_again_is_the_same(run, tmp_path):
 def test_the_export_command_refuses_equal_names_other_folders_and_existing_files(run, tmp_path):
     twin, mine = shutil.copytree(run, tmp_path / "twin"), tmp_path / "mine"
     mine.mkdir()
-    (mine / "coco.json").write_text("mine")
+    (mine / "crack_mask.png").write_text("mine")
     for runs, out, named in (
         ((run, twin), "out", "several runs"),
         ((tmp_path,), "out", "not a run folder"),
-        ((run,), "mine", "coco.json: already exists"),
+        ((run,), "mine", "crack_mask.png: already exists"),
     ):
-        assert named in refusal("export", *runs, "--format", "mask,coco", "--out", tmp_path / out)
+        assert named in refusal("export", *runs, "--format", "mask", "--out", tmp_path / out)
     assert not (tmp_path / "out").exists()
-    assert [(file.name, file.read_text()) for file in mine.iterdir()] == [("coco.json", "mine")]
+    assert [(file.name, file.read_text()) for file in mine.iterdir()] == [("crack_mask.png", "mine")]
 
 
-@pytest.mark.parametrize("options", ["--line L", "--outline A --walls B C", "--depth-mm 1e9"])
+@pytest.mark.parametrize("options", ["", "--line L", "--line A --width-mm 3 --walls B C", "--walls B C --depth-mm 1e9"])
 def test_invalid_options_of_import_dxf_are_a_usage_error(tmp_path, options):
     (tmp_path / "a.dxf").write_text("")
     answer = sealtwin("import-dxf", tmp_path / "a.dxf", "--depth-mm", 8, "--out", tmp_path / "out", *options.split())
@@ -84,7 +83,9 @@ def test_invalid_options_of_import_dxf_are_a_usage_error(tmp_path, options):
 def test_import_dxf_refuses_a_file_that_is_no_drawing(tmp_path, name, content):
     if content is not None:
         (tmp_path / name).write_bytes(content)
-    assert name in refusal("import-dxf", tmp_path / name, "--depth-mm", 8, "--out", tmp_path / "out")
+    assert name in refusal(
+        "import-dxf", tmp_path / name, "--depth-mm", 8, "--walls", "A", "B", "--out", tmp_path / "out"
+    )
     assert not (tmp_path / "out").exists()
 
 

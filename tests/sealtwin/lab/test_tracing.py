@@ -39,8 +39,8 @@ def test_questions_about_traced_cracks_are_asked_and_answered_in_pairing_csv(lat
     before = hashes_of(folder)
     assert "To answer the questions, edit" in call_ingest(folder, lab, code=6)
     assert (lab / "catalogue.csv").read_text().count("not sound") == 2
-    assert "2 cracks compete" in (asked := question(lab, "P02.png"))
-    assert "for example photo.crack = 2" in asked
+    assert "which line is the crack?" in (asked := question(lab, "P02.png"))
+    assert "for example photo.crack = 1" in asked
     assert Path(asked.partition("Look at ")[2].rstrip(".")).is_file(), asked
     assert question(lab, "P01.csv").startswith("P01.csv: 40 mm in A8 is outside the crack")
     assert question(lab, "P01.png") == ""

@@ -54,7 +54,7 @@ def test_a_run_takes_k_and_n_of_a_fitted_herschel_bulkley_law(tmp_path, n):
 
 
 def test_only_rows_at_the_shear_rates_of_the_fill_are_fitted(tmp_path):
-    """The curve bends below 1/s and above 100/s, which is outside of the default window."""
+    """The curve bends below 1/s and above 100/s, which is outside of the default shear rates."""
     rate = np.geomspace(0.01, 10_000, 25)
     stress = 12 + 3 * rate**0.5
     bent = np.where(rate < 0.9, stress / 2, np.where(rate > 110, 2 * stress, stress))
@@ -78,31 +78,24 @@ def test_slow_rows_far_from_the_fitted_law_give_a_doubt(tmp_path, seed):
     assert "doubts" in material_text(static)
 
 
-def test_nozzle_flow_and_crack_width_determine_the_window_of_shear_rates():
-    """The highest rate is 32 Q / (pi D^3) or 6 Q / w^3, and the lowest a thirtieth of 6 Q / w^3, to one digit."""
-    assert FlowCurve(**PASTE).shear_rates_per_s == (1.0, 100.0)
-    assert FlowCurve(**PASTE, nozzle_mm=1.0, flow_mm3_s=100.0, width_mm=10.0).shear_rates_per_s == (0.02, 1000.0)
-    assert FlowCurve(**PASTE, nozzle_mm=5.0, flow_mm3_s=100.0, width_mm=1.0).shear_rates_per_s == (20.0, 600.0)
-
-
 @pytest.mark.parametrize("n", [0.5, 1.0])
 def test_95_percent_intervals_contain_the_true_values_in_95_percent_of_fits(n):
-    """Intervals with a coverage of 95 % contain fewer than 88 of 100 true values by chance once in 250."""
+    """Intervals with a coverage of 95 % contain fewer than 42 of 50 true values by chance once in 500."""
     random = np.random.default_rng(7)
     true, inside = np.array([12.0, 3.0, n]), []
-    for _ in range(100):
+    for _ in range(50):
         torque, gap = random.normal(0, [TORQUE, GAP])
         stress = (12 + 3 * (RATES * (1 + gap)) ** n) * (1 + torque) * (1 + random.normal(0, 0.02, len(RATES)))
         law = fit_flow_law(RATES, stress)
         ends = np.array([one.interval for one in (law.yield_stress_pa, law.consistency_pa_s_n, law.flow_index)])
         inside.append((ends[:, 0] <= true) & (true <= ends[:, 1]))
-    assert (np.sum(inside, axis=0) >= 88).all()
+    assert (np.sum(inside, axis=0) >= 42).all()
 
 
 @pytest.mark.parametrize(
     ("rate", "stress", "says"),
     [
-        ((1, 3), (2, 4), "2 of 2 rows"),
+        ((1, 3), (2, 4), "2 rows have"),
         ((1, 1.1, 1.2, 1.3, 1.4), (9, 10, 11, 12, 13), "factor of at least 3"),
         ((1, 2, 4, 8, 16), (9, -8, 9, 9, 9), "row 3, column stress_pa: -8"),
     ],

@@ -94,3 +94,19 @@ def test_the_spread_command_writes_a_material_file_from_a_photo(tmp_path):
     again = CliRunner().invoke(app, [*line[:-1], "--mass-error-g", "3"])
     assert again.exit_code == 3
     assert "not overwritten" in again.output
+
+
+@pytest.mark.parametrize(
+    ("cone_mm", "code", "says"),
+    [
+        ("38,19,57", 2, "--cone-mm 38,19,57: expected AxBxH"),
+        ("3800x19x57", 2, "--cone-mm: cone_mm.0 = 3800.0: should be at most 1000"),
+    ],
+)
+def test_impossible_sizes_of_a_cone_are_refused(tmp_path, cone_mm, code, says):
+    photo = Blob(55.0, mm_per_px=0.5).write(tmp_path / "spread.png")
+    frame = ("--markers", str(write_sheet_table(tmp_path / "frame.toml")), "--face-mm", "150x150")
+    paste = ("--density-kg-m3", "1690", "--data", "synthetic", "--cone-mm", cone_mm)
+    answer = CliRunner().invoke(app, ["material", "spread", str(photo), *frame, *paste])
+    assert answer.exit_code == code
+    assert says in " ".join(answer.stderr.replace("│", " ").split())

@@ -107,18 +107,12 @@ def test_format_all_writes_every_format_of_the_cell_or_nothing(run, cell):
     assert "the format gcode requires a table [gcode]" in _refusal(run, "--cell", cell, "--format", "gcode")
 
 
-def test_no_robot_program_is_written_for_an_unconfirmed_path(run, cell):
-    """A path that was chosen by its number counts as confirmed."""
+def test_a_robot_program_names_the_paths_source_and_files_edited_by_hand(run, cell):
     outline = files.read_json(run / "outline.json")
-    files.write_json(run / "outline.json", {**outline, "path_source": "automatic"})
-    assert "found automatically" in _refusal(run, "--cell", cell, "--format", "all")
-    assert not (run / "robot").exists()
-    for source, option, confirmed in (("automatic", "--allow-automatic", False), ("choice", "--quiet", True)):
-        files.write_json(run / "outline.json", {**outline, "path_source": source})
-        assert sealtwin("robot", run, "--cell", cell, option).exit_code == 0
-        report = files.read_json(run / "robot" / "robot.json")
-        assert (report["confirmed"], report["edited_by_hand"]) == (confirmed, ["outline.json"])
-        assert ("NOT CONFIRMED BY A PERSON" in (run / "robot" / "path.prg").read_text()) is not confirmed
+    files.write_json(run / "outline.json", {**outline, "path_source": "choice"})
+    assert sealtwin("robot", run, "--cell", cell).exit_code == 0
+    assert files.read_json(run / "robot" / "robot.json")["edited_by_hand"] == ["outline.json"]
+    assert "path found by: choice" in (run / "robot" / "path.prg").read_text()
 
 
 @pytest.mark.parametrize(
