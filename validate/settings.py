@@ -129,7 +129,7 @@ class Readings(Declared):
     """A sheet of caliper readings: its format, and how the readings were taken."""
 
     file: Path
-    """Path of the sheet (CSV, XLSX or ODS), absolute or relative to the trial file. Its columns are s_mm and either
+    """Path of the sheet (CSV or XLSX), absolute or relative to the trial file. Its columns are s_mm and either
     level_1_mm, level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from the face), or the columns that
     the lab writes."""
     data: DataKind

@@ -1,4 +1,4 @@
-"""Caliper readings from a lab's sheets: CSV, XLSX and ODS.
+"""Caliper readings from a lab's sheets: CSV and XLSX.
 
 ``grid`` reads the cells of a file. ``table`` finds the header, and the columns by their names (``words``). ``rows``
 reads the stations. ``beside`` asks about each text next to them that is not known to be harmless. ``reading_checks``

@@ -28,7 +28,7 @@ def read_readings(
     depth_mm: float | None = None,
     filling: Filling | None = None,
 ) -> Profile:
-    """Read a CSV, XLSX or ODS as levels from the sample's surface: mean and repeats of each station, sorted along s.
+    """Read a CSV or XLSX as levels from the sample's surface: mean and repeats of each station, sorted along s.
 
     A sheet has a header of up to three rows, and a row for each station, or a row for each reading with a column that
     counts repeats. Rows may have any order. A blank field is a missing reading, and a station without readings is left
