@@ -88,7 +88,6 @@ def compare(
         fitted=fitted,
         readings_data=measured.data,
         readings_dialect=measured.dialect,
-        means=measured.means,
         photo_data=photo_data,
         escaped_particles=escaped_particles,
         uncertainty=uncertainty,

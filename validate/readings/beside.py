@@ -128,8 +128,6 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
         return Role.REPEAT in roles and LABEL.fullmatch(cell.text) is None
     if is_missing(cell.text) or (numeric(cell) and not is_note(name)):
         return False
-    if other is not None and other.role.is_quantity and any(map(str.isdigit, cell.text)):
-        return False  # Asked about with the quantity if it is not a value of it.
     return other is None or not is_harmless(f"{name}: {cell.text}", sample)
 
 

@@ -90,7 +90,6 @@ def readings_of(
         doubts=tuple(map(str, questions)),
         questions=questions,
         understood=understood,
-        means=rows.means,
         is_depth=cells.is_depth,
     )
 
@@ -140,8 +139,7 @@ def _dialect(table: Table, rows: ReadRows) -> str:
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     """Return the columns with their roles, the header, the first rows, and which of their cells are read."""
-    quantities = [column for column in table.others.values() if column.role.is_quantity]
-    roles = {column.index: column.in_words for column in (*table.used, *quantities)}
+    roles = {column.index: column.in_words for column in table.used}
     header = table.header.rows
     first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MAX_ROWS_SHOWN]
     texts = [(row, table.grid.texts(row)) for row in first]

@@ -51,7 +51,7 @@ class Column:
     def in_words(self) -> str:
         if self.role is Role.REPEAT:
             return self.role.value
-        what = {Role.STATION: "s", Role.READING: WAYS[self.quantity]}.get(self.role, self.role.value)
+        what = "s" if self.role is Role.STATION else WAYS[self.quantity]
         return f"{what}, {self.unit or 'no unit'}"
 
 

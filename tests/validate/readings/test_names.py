@@ -30,11 +30,8 @@ NAMES = {
     Meaning(Role.READING): "value|lectura",
     Meaning(Role.REPEAT): "Messung|Reading No.|Lauf|Zyklus Nr.|Lecture n°|Herhaling",
     Meaning(Role.SAMPLE): "Muestra Nº|Sample ID|Prüfkörper Nr.",
-    Meaning(Role.TEMPERATURE, "°C"): "Temperatur [°C]|Temp. °C",
-    Meaning(Role.TEMPERATURE, ""): "temperature",
-    Meaning(Role.HUMIDITY, "%"): "humidity|rel. humidity in %|RH [%]|relative Luftfeuchtigkeit|Luftfeuchte [% rF]",
     Meaning(Role.OTHER, "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
-    Meaning(Role.OTHER): "Nr.|Feuchte [%]|Temperatur 2 [°C]|depth RH [%]|Temp. [°C/°F]|"
+    Meaning(Role.OTHER): "Nr.|Feuchte [%]|Temperatur 2 [°C]|Temp. [°C/°F]|relative Luftfeuchtigkeit [%]|"
     "Station Nr|Opérateur|Anmärkning|Observações|備考",
 }
 # The depth of the crack is not that of the sealant, and a sign or a factor may change readings.
@@ -45,7 +42,7 @@ UNKNOWN = (
     "depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|$depth$ of $\\alpha$|=depth+gap|profondeur de la fissure [mm]|"
     "profundidad de la grieta [mm]|Probe 1 [mm]|16.1|\u2212Tiefe [mm]|X_Value [s]|Y [mm]|x1|"
     "Level [mm] (- = above)|Tiefe ab Messschieber [mm]|Probe 1 Tiefe [mm]|Tiefe \u2152 mm|Tiefe (0,1 mm)|"
-    "Masse 10 g|Tiefe [g]|RH [mm]|depth RH [mm]|depth RH|Position RH|rel [%]"
+    "Masse 10 g|Tiefe [g]|RH [%]|RH [mm]|depth RH [%]|depth RH [mm]|depth RH|Position RH|rel [%]"
 )
 NO_LENGTHS = (
     "s [-]|s [1]|s/L|depth/D [-]|s [%]|Tiefe [\u2030]|Position rel.|relative position|Tiefe [°]|1/depth [1/mm]|Tiefe/2"

@@ -9,13 +9,10 @@ import pytest
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.doubts import QuantityMean
-from sealtwin.core.errors import present
 from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.run_figures import RunHealth
-from tests.support.evidence import make_evidence
 from tests.support.small_fluids import path, pour, slot
-from validate.compare import assess, compare
+from validate.compare import assess
 from validate.intervals import StationErrors
 from validate.report.chapters import path_table, settings_table
 from validate.report.first_page import first_page
@@ -209,16 +206,3 @@ def test_stretches_outside_the_band_are_named_with_the_largest_error_first(error
     assert named in text
     assert absent not in text
     assert bool(text) == bool(named)
-
-
-def test_mean_temperature_and_noise_are_in_the_comparison_and_on_page_one(tmp_path):
-    evidence = make_evidence(tmp_path)
-    means = {"temperature": QuantityMean(value=21.75, unit="°C", stations=4)}
-    means |= {"noise": QuantityMean(value=46, unit="", stations=1)}
-    readings = replace(present(evidence.readings, "readings"), means=means)
-    crack = evidence.outline, evidence.solid
-    comparison = compare(evidence.profile, readings, *crack, role="undeclared", photo_data="measured")
-    assert comparison.model_dump()["means"]["temperature"] == {"value": 21.75, "unit": "°C", "stations": 4}
-    assert "means" not in present(evidence.comparison, "comparison").model_dump()
-    text = "temperature 21.75 °C, mean of 4 stations; noise 46 (no unit), mean of 1 station."
-    assert ("Conditions:", text) in first_page(replace(evidence, comparison=comparison)).notes
