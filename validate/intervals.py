@@ -70,7 +70,7 @@ class BudgetSummary(JsonRecord):
     scatter_known: bool
     """True if stations were read repeatedly, or if the repeatability is declared."""
     notes: Facts
-    """Findings about outliers, rounding to one side, few stations, and stations that the probe cannot read."""
+    """Findings about rounding to one side, few stations, and stations that the probe cannot read."""
 
 
 class MeanLevelBudget(JsonRecord):
@@ -237,8 +237,6 @@ class ErrorUncertainty(JsonRecord):
     findings: Facts
     """Conclusions that ASME V&V 20 allows, or the reason why it was not assessed, and findings about errors that no
     interval includes."""
-    unused: Facts = ()
-    """Findings about declared errors that the readings contradict. The intervals do not include these errors."""
     alignment: Alignment
     numerics: SizeStudy | None
     """Mean level and mean error at three particle sizes. None if there are runs at only one size."""

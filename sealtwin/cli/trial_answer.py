@@ -155,11 +155,8 @@ def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]
     if (fluid := result.fluid) is not None and last != "digitise":
         # The rows about the fluid already contain these facts.
         yield from without(fluid.warnings, "method.fast", "unfit")
-    if last == "validate":
-        if result.comparison is None and result.edited:
-            yield sentence("terminal_edited", edited=result.edited)
-        if result.comparison is not None and result.comparison.uncertainty is not None:
-            yield from result.comparison.uncertainty.unused
+    if last == "validate" and result.comparison is None and result.edited:
+        yield sentence("terminal_edited", edited=result.edited)
 
 
 def _concluded(result: "TrialResult") -> Rows:
@@ -226,7 +223,7 @@ def _details(result: "TrialResult", last: "StageName", *, compared: bool) -> Ite
         if (u := m.uncertainty) is not None:
             yield from (sentence("terminal_sizes", u=u),) if u.numerics is not None else ()
             yield from (sentence("terminal_inputs", u=u),) if u.inputs else ()
-        yield from texts(without(m.findings, "readings.repeatability-unused"))
+        yield from texts(m.findings)
         yield f"Readings: {m.readings_dialect}."
     if result.prediction is not None:
         yield from texts(prediction_facts(result.prediction))

@@ -7,7 +7,7 @@ from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, texts
+from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import UNNUMBERED, look_into
 from sealtwin.trial.job import (
@@ -64,11 +64,8 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Pa
         for job in jobs
     ]
     others = other_versions(*(job.folder for job in jobs))
-    warned, unused = (
-        texts(facts_of_runs(dict(enumerate(map(of_side, sides), start=1)), len(sides)))
-        for of_side in (lambda side: side.fluid_warnings, _unused)
-    )
-    page = compare_page(sides, [*others, *warned, *unused])
+    warned = texts(facts_of_runs({k: side.fluid_warnings for k, side in enumerate(sides, start=1)}, len(sides)))
+    page = compare_page(sides, [*others, *warned])
     written = write_page(out / PAGE, page)
     content = {
         "version": 1,
@@ -90,7 +87,6 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Pa
         "differing": differing(sides),
         "other_versions": others,
         "fluid_warnings": warned,
-        "unused": unused,
         "files": [CONTENT, *written],
     }
     files.write_json(out / CONTENT, content)
@@ -118,12 +114,6 @@ def _finished(folder: Path) -> Job:
                 f"{job.path}' again."
             )
     return job
-
-
-def _unused(side: Side) -> Sequence[Fact]:
-    """Return facts about declared errors that were not used, because the readings contradict them."""
-    uncertainty = side.comparison and side.comparison.uncertainty
-    return uncertainty.unused if uncertainty is not None else ()
 
 
 def _side(job: Job, name: str) -> Side:

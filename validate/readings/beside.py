@@ -44,8 +44,8 @@ LABELS |= {word: kind for kind in VALUES for word in WORDS["beside"][kind].split
 NOTHING, STOPS = ({*WORDS["beside"][key].split()} for key in ("nothing", "stops"))
 MAX_NAMES = 3  # Largest number of names behind a label
 SIGN = re.compile(
-    # A sign, a tenth, or a letter of another script, unless it begins the usual name of a worksheet
-    r"[+=\u00b1\u00d7?*\u2190-\u21ff]|\b1/\d|(?<![\u0370-\uffff])"
+    # A sign, a factor, a tenth, or a letter of another script, unless it begins the usual name of a worksheet
+    r"[+=\u00b1\u00d7?*\u2190-\u21ff]|\bx\s?\d|\d\s?x\b|\b1/\d|(?<![\u0370-\uffff])"
     r"(?!(?:\u043b\u0438\u0441\u0442|\u5de5\u4f5c\u8868|\u30b7\u30fc\u30c8|\uc2dc\ud2b8)\d)"
     r"[\u0370-\u1fff\u3040-\uffff]"
 )
@@ -191,7 +191,7 @@ def is_harmless(text: str, sample: str = "") -> bool:
         plain = plain_letters(word).rstrip(".")
         if plain in LABELS:
             kind, names = LABELS[plain], 0
-        elif plain not in NOTHING and not DATE.fullmatch(word):
+        elif plain and plain not in NOTHING and not DATE.fullmatch(word):
             names += 1
             is_value = re.fullmatch(VALUES[kind], word) and not word[0].islower() and not changes(word)
             if names > MAX_NAMES or not is_value:
