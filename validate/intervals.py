@@ -70,7 +70,7 @@ class BudgetSummary(JsonRecord):
     scatter_known: bool
     """True if stations were read repeatedly, or if the repeatability is declared."""
     notes: Facts
-    """Findings about rounding to one side, few stations, and stations that the probe cannot read."""
+    """Findings about outliers, rounding to one side, few stations, and stations that the probe cannot read."""
 
 
 class MeanLevelBudget(JsonRecord):

@@ -38,7 +38,7 @@ VALUES = {
     "climate": r"-?\d+(?:[.,]\d+)?%?|\u00b0?[CF]|%",
     "other": "(?!)",
 }
-"""What may stand behind a label of each kind, besides a date."""
+"""Values that are harmless behind a label of each kind, besides a date."""
 LABELS = dict.fromkeys(SAMPLE | COLUMNS["notes"], "other")
 LABELS |= {word: kind for kind in VALUES for word in WORDS["beside"][kind].split()}
 NOTHING, STOPS = ({*WORDS["beside"][key].split()} for key in ("nothing", "stops"))

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from sealtwin.core.facts import Fact
-from sealtwin.core.records import Floats, Profile
+from sealtwin.core.records import Booleans, Floats, Profile
 from validate.sentences import doubted
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import (
@@ -29,6 +29,7 @@ from validate.uncertainty.contradictions import (
 )
 from validate.uncertainty.meniscus import Mouth
 
+OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
 INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
 FEWEST_LEVELS = 5
@@ -60,9 +61,17 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     resolution_mm = max(settings.resolution_mm, resolution_of(repeats_mm))
     origin: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
     own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
+    far, robust_mm = _far(own_mm, count, resolution_mm)
     notes = list[Fact]()
+    if places := s_mm[far.any(axis=1)].tolist():
+        parts = {"places": places, "outlier": OUTLIER, "robust_mm": robust_mm}
+        notes.append(doubted("readings.outlier", len(places), **parts))
+    # Of two readings, either may be the outlier.
+    alone = far & (count > 2)[:, None]
+    used_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
+    middle_mm = np.nanmean(used_mm, axis=1)
     freedom = (count - 1) * (1 - shapes.shape[1] / stations)
-    squares_mm2 = np.nansum(own_mm**2, axis=1)
+    squares_mm2 = np.nansum((used_mm - middle_mm[:, None]) ** 2, axis=1)
     components: list[Component] = []
     has_scatter = bool(freedom.sum()) or declared.repeatability_mm is not None
     pooled_mm = declared.repeatability_mm or 0.0
@@ -72,7 +81,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     if freedom.sum():
         rounded_mm2 = squares_mm2 + freedom * resolution_mm**2 / 12
         sets_mm = possible_scatter_mm(rounded_mm2, freedom, draws) / np.sqrt(count)
-        draws_mm = sets_mm * normals("scatter", stations, draws)
+        draws_mm = sets_mm * normals("scatter", stations, draws) - middle_mm
         components.append(Component("scatter of the repeats", "repeats", draws_mm))
     elif has_scatter:
         draws_mm = pooled_mm * normals("scatter", stations, draws)
@@ -151,6 +160,21 @@ def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
     unlike = np.maximum(np.append(unlike, 0.0), np.append(0.0, unlike))
     # To a micrometre: a straight bed has none.
     return round(float(STEP * gap_mm @ (unlike * gap_mm) / np.ptp(s_mm)), 3)
+
+
+def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans, float]:
+    """Return which readings are outliers of their station, and the robust standard deviation in mm.
+
+    A station has at most one outlier, because two outliers count as its scatter. The scatter is at least the rounding
+    error of the last digit, even if most repeats are equal.
+    """
+    again = count > 1
+    scaled_mm = np.nan_to_num(np.abs(own_mm)) / np.sqrt(1 - 1 / np.maximum(count, 2))[:, None]
+    read = ~np.isnan(own_mm[again])
+    median_mm = float(np.median(scaled_mm[again][read])) if again.any() else 0.0
+    robust_mm = max(1.4826 * median_mm, resolution_mm / np.sqrt(12))
+    largest = np.arange(own_mm.shape[1]) == scaled_mm.argmax(axis=1)[:, None]
+    return largest & (scaled_mm > OUTLIER * robust_mm) & (robust_mm > 0), robust_mm
 
 
 ALIKE_MM = 15.0

@@ -181,12 +181,26 @@ def test_stations_read_once_have_only_a_declared_scatter():
     assert half_width(part(declared, "scatter").draws_mm) == pytest.approx(1.96 * 0.12, rel=1e-3)
 
 
-def test_an_outlier_widens_the_band_of_its_station_most():
-    """One of 51 readings is off by twenty times the scatter. The scatter of all stations is taken for uneven."""
-    far_mm = noise_mm(0.15)
-    far_mm[5, 1] += 3.0
-    band_mm = budget(measured(far_mm), NO_PASSES).band_mm
-    assert band_mm[5] > 5 * np.median(band_mm)
+def with_outliers(*off_mm: float, repeats: int = 3) -> Floats:
+    """Readings of station 5, the first ones of it, that are so far off."""
+    far_mm = noise_mm(0.15, repeats)
+    far_mm[5, : len(off_mm)] += off_mm
+    return far_mm
+
+
+@pytest.mark.parametrize("off_mm", [3.0, -3.0])
+def test_an_outlier_is_named_and_widens_the_band_of_its_station(off_mm):
+    """One of 51 readings is off by twenty times the scatter, and the mean of its station by a third of that."""
+    far_mm = with_outliers(0.0, off_mm)
+    whole, plain = budget(measured(far_mm), NO_PASSES), budget(scattered(0.15), NO_PASSES)
+    assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in texts(whole.notes))
+    assert whole.band_mm[5] > 2 * np.median(whole.band_mm)
+    assert plain.notes == ()
+    far, sound = (part(each, "scatter").draws_mm for each in (whole, plain))
+    assert np.median(far[:, 5]) == pytest.approx(far_mm[5].mean() - far_mm[5, [0, 2]].mean(), abs=0.01)
+    assert far[:, 5].std() == pytest.approx(np.sqrt(3 / 2) * np.median(sound.std(axis=0)), rel=0.15)
+    rest = np.arange(17) != 5
+    assert far[:, rest].std(axis=0) == pytest.approx(sound[:, rest].std(axis=0), rel=0.1)
 
 
 @pytest.mark.parametrize(("sinks_mm", "error_mm"), [(5.0, 1.0), (20.0, 0.05), (50.0, -3.0)])
