@@ -56,10 +56,8 @@ PASTE = {
 UNSURE = PASTE | {"yield_stress_error_pa": 0.0, "yield_stress_95_pa": (10.0, 10.0)}
 THINS = PASTE | {"yield_stress_error_pa": 1.0, "yield_stress_95_pa": (8.0, 12.0), "doubts": ["6 rows."]}
 THINS |= {"consistency_pa_s_n": 3.0, "flow_index": 0.5, "flow_index_95": (0.45, 0.56)}
-AGEING = {"age_s": [0.0, 60.0, 600.0], "temperature_c": None, "viscosity_pa_s": [0.05, 1.0, 30.0]}
+AGEING = {"age_s": [0.0, 60.0, 600.0], "viscosity_pa_s": [0.05, 1.0, 30.0]}
 AGEING |= {"yield_stress_pa": [0.0, 5.0, 40.0]}
-HOT = {"temperature_c": [100.0, 200.0], "viscosity_pa_s": [30.0, 0.05]}
-COOLING = {"age_s": [0.0, 60.0], "temperature_c": [190.0, 120.0]}
 SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
 
 
@@ -81,13 +79,12 @@ SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
             [],
         ),
         (
-            {"fluid": {"curve": AGEING, "cooling": None}},
+            {"fluid": {"curve": AGEING}},
             ["0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa", "Shrinkage is not modelled"],
             [],
         ),
-        ({"fluid": {"curve": HOT, "cooling": COOLING}}, ["its temperature, 0.05 to 30 Pa s", "190 to 120 °C"], []),
     ],
-    ids=["plain", "yields", "unsure", "thins", "ageing", "cooling"],
+    ids=["plain", "yields", "unsure", "thins", "ageing"],
 )
 def test_the_assumptions_describe_the_sealant_with_its_numbers(evidence, groups, words, absent):
     text = assumed(evidence, **groups)
@@ -96,12 +93,11 @@ def test_the_assumptions_describe_the_sealant_with_its_numbers(evidence, groups,
 
 def test_the_table_of_settings_has_values_but_no_missing_columns(evidence):
     """Doubts about a paste are on the first page."""
-    run = with_settings(evidence, sample=SLOPES, fluid={"curve": AGEING, "cooling": None}).run
+    run = with_settings(evidence, sample=SLOPES, fluid={"curve": AGEING}).run
     rows = dict(settings_table(run.settings).rows)
     assert rows["sample"] == "crossfall (°) -2.5, gradient (°) 5"
     assert "rises towards +x by 5° and towards +y by -2.5°" in assumed(evidence, sample=SLOPES)
     assert "curve age (s) 0, 60, 600, viscosity (Pa s) 0.05, 1, 30, " in rows["fluid"]
-    assert not {"temperature", "cooling"} & set(rows["fluid"].split())
     thins = with_settings(evidence, fluid={"material": THINS, "flow_index": 0.5})
     assert ("Paste:", "6 rows.") in first_page(thins).notes
 
