@@ -35,8 +35,8 @@ def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -
     there_mm = np.maximum(np.repeat(_surface_mm(sections, height_mm), CUTS) - fine.bottom_mm, 0.0)
     area_mm2, wetted_mm = fine.area_mm2(np.minimum(there_mm, fine.depth_mm))[0], fine.wetted_mm(there_mm)
     opens, closed = area_mm2 > 0, np.full(len(area_mm2), np.inf)
-    held = np.divide(1.0, fine.holding_mm(area_mm2, wetted_mm), out=closed.copy(), where=opens)
-    holds = np.repeat(sections.holding_mm(own_mm2, own_wetted_mm), CUTS) * held
+    per_mm = np.divide(1.0, fine.holding_mm(area_mm2, wetted_mm), out=closed.copy(), where=opens)
+    holds = np.repeat(sections.holding_mm(own_mm2, own_wetted_mm), CUTS) * per_mm
     drags = np.divide(holds**2 * np.repeat(own_mm2, CUTS), area_mm2, out=closed, where=opens)
     # The end cells do not count: at a closed tip the width goes to 0, and nothing flows farther.
     holds_mm, drags_mm = (
