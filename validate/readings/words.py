@@ -18,7 +18,7 @@ from validate.settings import Decimal, Quantity
 
 WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
 """Words of labs in all languages."""
-MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "µm": 0.001, "inch": 25.4, "1/10 mm": 0.1, "1/100 mm": 0.01}
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "µm": 0.001, "inch": 25.4}
 UNITS = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
 MISSING = frozenset(WORDS["missing"]["words"].split())
 COLUMNS = {kind: frozenset(words.split()) for kind, words in WORDS["columns"].items()}
@@ -36,9 +36,6 @@ LONGEST_NAME = 200
 PART = re.compile(r"[^\W_]+|[^\w\s.-]")
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 UNIT_WORD = "(?:{})".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
-LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
-DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
-"""Tenths and hundredths of a millimetre, which are the divisions of dials: 1/10 mm, mm/100."""
 INCH = re.compile(r"(?<=[\[(/_])\s*in\s*[\])]?\s*$|\"\s*[\])]?\s*$|\s+in\s*$")
 """The unit "in", in brackets or at the end of a name. Elsewhere "in" is a preposition."""
 FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD}")
@@ -46,9 +43,6 @@ FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD
 UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
 HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
-ORDINAL = re.compile(
-    rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(COLUMNS['ordinal'])}|[.\u00b0](?![0-9]))(?!\w)|#(?=[0-9])"
-)
 REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
 """A mark, or a unit in brackets that is unknown or only a 1."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
@@ -98,11 +92,8 @@ class Name(NamedTuple):
 def parsed(name: str) -> Name:
     plain = plain_letters(name[: LONGEST_NAME + 1])
     is_sound = len(plain) <= LONGEST_NAME and not any(unicodedata.category(letter) == "No" for letter in name)
-    plain = ORDINAL.sub(r"\1 ", ELIDED.sub("", HYPHEN.sub(" ", plain).replace("n\u00b0", "n ")))
+    plain = ELIDED.sub("", HYPHEN.sub(" ", plain))
     units = set[str]()
-    if (dial := DIAL_UNIT.search(plain)) is not None:
-        units.add("1/10 mm" if "10" in dial.groups() else "1/100 mm")
-        plain = DIAL_UNIT.sub(" ", plain)
     is_sound = is_sound and FACTOR.search(plain) is None
     if INCH.search(plain) is None:
         plain = UNIT_BEHIND_SLASH.sub(" ", plain)
