@@ -19,7 +19,6 @@ from sealtwin.study.pipeline import run_trial
 from sealtwin.study.runner import StudyOptions, launch
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.job import STAGES
-from sealtwin.trial.simulate_stage import PROGRESS
 from sealtwin.trial.trial_file import load_trial
 from validate.readings.words import sample_key
 from validate.result import RESULT, TrialResult, read_result
@@ -214,17 +213,12 @@ def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[Sa
         results.append(result)
         return replace(run, state="failed" if result.state == "failed" else "done", wall_s=result.wall_s)
 
-    def left_s(run: StudyRun) -> float | None:
-        """Return the remaining time of a run in s, which the run writes to a file. None if it has not written it."""
-        with suppress(InputError, OSError, KeyError, TypeError):
-            return files.read_json(lab / run.key / RUN / PROGRESS)["eta_s"]
-
     runs = [
         StudyRun(number, key, {}, {}, key, key, _work_s(lab, record))
         for number, (key, record) in enumerate(records.items(), start=1)
     ]
     work = run_in_worker, lambda group: (lab, records[group[0].key], options.device), keep
-    launch(runs, options, "Running", progress, work, left_s=left_s)
+    launch(runs, options, "Running", progress, work)
     return sorted(results, key=lambda result: sample_key(result.name))
 
 
