@@ -1,4 +1,4 @@
-"""Twenty-four sheets as ordinary labs write them, with what they say and, where they leave something open, the answer."""
+"""Twenty-two sheets as ordinary labs write them, with what they say and, where they leave something open, the answer."""
 
 # ruff: noqa: E501  Each sheet is a line.
 
@@ -12,7 +12,6 @@ import numpy as np
 import openpyxl
 
 from sealtwin.core.records import Floats
-from tests.support.ods_writer import write_ods
 
 S_MM = (1.0, 3.0, 5.0, 7.0, 9.0, 11.0)
 Rows = list[list[Any]]
@@ -36,9 +35,7 @@ class OrdinarySheet:
 def write_rows(path: Path, rows: Sequence[Sequence[Any]], merged: Sequence[str] = ()) -> None:
     """Write rows as the suffix of a file says. A text has decimal commas, and semicolons between cells."""
     rows = [[None if cell == "" else cell for cell in row] for row in rows]
-    if path.suffix == ".ods":
-        write_ods(path, rows)
-    elif path.suffix == ".xlsx":
+    if path.suffix == ".xlsx":
         book = openpyxl.Workbook()
         for row in rows:
             book.worksheets[0].append(row)
@@ -120,8 +117,6 @@ SHEETS = (
     OrdinarySheet("another quantity beside the table", ".xlsx", _beside_temperatures, {"range": "A1:D7"}),
     OrdinarySheet("a mean column of formulas never calculated", ".xlsx", lambda rows: [[*HEAD, "Mittel"], *([*row, f"=AVERAGE(B{n}:D{n})"] for n, row in enumerate(rows, 2))]),
     OrdinarySheet("readings that are formulas never calculated", ".xlsx", lambda rows: [HEAD, *([row[0], *(f"={value + 3:.2f}-3" for value in row[1:])] for row in rows)]),
-    OrdinarySheet("ODS", ".ods", _below(HEAD)),
-    OrdinarySheet("ODS with a merged header of two rows and a mean", ".ods", lambda rows: [["Abstand [mm]", "{across=3}Tiefe unter Oberkante [mm]"], [None, "1. Messung", "2. Messung", "3. Messung"], *rows, ["Mittelwert", *_mean(rows)]]),
     OrdinarySheet("names that nobody knows", ".csv", _below(["Stelle", "a", "b", "c"]), {"s": "A", "levels": "B C D", "unit": "mm", "sign": "down"}),
     OrdinarySheet("no header at all", ".csv", _below(), {"s": "A", "levels": "B:D", "unit": "mm", "sign": "down"}),
     OrdinarySheet("a photo, a temperature and a remark in each row", ".xlsx", lambda rows: [["Nr.", *HEAD, "Foto", "Temperatur [°C]", "Bemerkung"], *([n, *row, 400 + n, 21.5, "Luftblase" if n == 2 else None] for n, row in enumerate(rows, 1))]),

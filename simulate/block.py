@@ -1,7 +1,6 @@
 """Settings and result of a block of fluid that is released."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from pydantic import Field
 
@@ -10,9 +9,10 @@ from sealtwin.core.settings import Settings
 
 
 class FluidBlock(Settings):
-    """A block of fluid at rest behind a gate, and its surroundings.
+    """A block of fluid at rest behind a gate.
 
-    The gate is at x = 0, and the block is behind it.
+    The gate is at x = 0, and the block is behind it. The walls behind and beside the block end at the gate, and a level
+    plate is ahead, as in a dam break.
     """
 
     length_mm: float = Field(gt=0, le=2000)
@@ -21,13 +21,8 @@ class FluidBlock(Settings):
     """Width of the block, across the flow."""
     height_mm: float = Field(gt=0, le=2000)
     """Height of the block above the floor."""
-    onto: Literal["plate", "channel", "open"] = "plate"
-    """Surroundings of the block. plate: walls behind and beside the block end at the gate, with a level plate ahead, as
-    in a dam break. channel: the side walls continue, and the channel is closed at its end, as in an L-box or the LCPC
-    box. open: all walls are lifted, and the block spreads to all sides."""
     ahead_mm: float | None = Field(default=None, gt=0, le=5000)
-    """Length of the plate or channel ahead of the gate. If open, distance from the block to the plate's edge. Default:
-    twice the sum of the block's length and height."""
+    """Length of the plate ahead of the gate. Default: twice the sum of the block's length and height."""
     duration_s: float = Field(gt=0, le=600)
     """Simulated time in s. The run ends earlier if everything comes to rest."""
     every_s: float = Field(default=0.05, gt=0)
@@ -35,7 +30,7 @@ class FluidBlock(Settings):
 
     @property
     def end_mm(self) -> float:
-        """Position x of the end of the plate or channel."""
+        """Position x of the end of the plate."""
         return 2 * (self.length_mm + self.height_mm) if self.ahead_mm is None else self.ahead_mm
 
 

@@ -1,4 +1,4 @@
-"""Simulate the release of a block of fluid: a dam break onto a plate or along a channel, or a slump on a plate."""
+"""Simulate the release of a block of fluid: a dam break onto a plate."""
 
 import math
 from dataclasses import astuple
@@ -47,10 +47,6 @@ def opened(block: FluidBlock, radius_mm: float) -> Hollow:
     """Return the space in which the fluid can flow once the gate is removed."""
     (back, right, _), (_, left, _) = astuple(_box(block))
     top, end, wall = _top_mm(block, radius_mm), block.end_mm, WALL_RADII * radius_mm
-    if block.onto == "channel":
-        return Hollow(Box((back, right, 0.0), (end, left, top)))
-    if block.onto == "open":
-        return Hollow(Box((back - end, right - end, 0.0), (end, left + end, top)))
     # Beside the walls the plate goes on, for fluid that flows round their ends.
     walls = (
         Box((back - wall, right - wall, 0.0), (back, left + wall, top)),
@@ -107,7 +103,8 @@ def release(
     progress.start("Releasing the block", loose.frames_in(block.duration_s))
     for t_s in loose.run(block.duration_s, block.every_s):
         rows.append(_figures(loose, t_s, whole_mm3))
-        if block.onto != "channel" and _outermost_mm(loose, block) > block.end_mm - 2 * radius_mm:
+        x, y, _ = loose.place_mm.T
+        if max(x.max(), np.abs(y).max() - block.width_mm / 2) > block.end_mm - 2 * radius_mm:
             raise NumericalError(
                 f"ahead_mm is {block.end_mm:g}: fluid reaches the plate's edge after {t_s:.3g} s. Increase ahead_mm."
             )
@@ -125,14 +122,6 @@ def release(
         radius_mm=radius_mm,
         at_rest=loose.engine.rows == 0,
     )
-
-
-def _outermost_mm(loose: LooseFluid, block: FluidBlock) -> float:
-    """Return how far the fluid extends from the block towards the plate's edges, in mm."""
-    x, y, _ = loose.place_mm.T
-    beside = float(np.abs(y).max()) - block.width_mm / 2
-    behind = -block.length_mm - float(x.min()) if block.onto == "open" else 0.0
-    return max(float(x.max()), beside, behind)
 
 
 def _figures(loose: LooseFluid, t_s: float, whole_mm3: float) -> tuple[float, float, float, float]:

@@ -1,18 +1,15 @@
-"""Choose the device that runs the kernels, and check Warp's cache of compiled kernels.
+"""Choose the device that runs the kernels, and check that Warp's cache of compiled kernels has room.
 
-The user chooses the device, and it is never changed silently. Damaged kernels are compiled again.
+The user chooses the device, and it is never changed silently.
 """
 
-import functools
 import math
 import os
 import platform
-import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import warp as wp
@@ -46,21 +43,16 @@ def start_warp() -> None:
 
     Raises InputError if the cache of kernels cannot be written.
     """
-    # Warp loads a module when a kernel is first launched.
-    if not hasattr(wp.Module.load, "__wrapped__"):
-        wp.Module.load = _guarded(wp.Module.load)
     try:
         terminal = os.dup(2)
     except OSError:
         # There is no stderr.
-        with _naming_the_cache():
-            wp.init()
+        _begin()
         return
     with tempfile.TemporaryFile() as captured:
         try:
             os.dup2(captured.fileno(), 2)
-            with _naming_the_cache():
-                wp.init()
+            _begin()
         finally:
             os.dup2(terminal, 2)
             os.close(terminal)
@@ -150,31 +142,9 @@ def _naming_the_cache() -> Iterator[None]:
         ) from fault
 
 
-def _guarded(load: Any) -> Any:
-    """Return Warp's function that loads a module, with checks of the cache. Damaged kernels are compiled again."""
-
-    @functools.wraps(load)
-    def guarded(module: Any, device: Any, block_dim: int | None = None, *others: Any, **more: Any) -> Any:
-        wanted = block_dim if block_dim is not None else module.options["block_dim"]
-        if (wp.get_device(device).context, wanted) in module.execs:
-            return load(module, device, block_dim, *others, **more)
-        home = Path(wp.config.kernel_cache_dir or "", module.get_module_identifier(wanted))
-        if home.is_dir():
-            try:
-                with _naming_the_cache():
-                    return load(module, device, block_dim, *others, **more)
-            except Exception:
-                # A module from the cache may be damaged. If it was compiled just now, the fault is in our code.
-                shutil.rmtree(home, ignore_errors=True)
-                module.mark_modified()
-        _require_room()
-        with _naming_the_cache():
-            return load(module, device, block_dim, *others, **more)
-
-    return guarded
-
-
-def _require_room() -> None:
-    """Raise InputError if the cache has no room for a module. It writes a file, because only that detects a quota."""
-    with _naming_the_cache(), tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
-        probe.write(bytes(NEEDED_BYTES))
+def _begin() -> None:
+    """Start Warp. Raises InputError if its cache has no room for a module: only writing a file detects a quota."""
+    with _naming_the_cache():
+        wp.init()
+        with tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
+            probe.write(bytes(NEEDED_BYTES))

@@ -215,7 +215,7 @@ class Injection:
         # Without D_cm, D follows from the viscosity.
         drag = {"D_cm": self._d_cm(number), "D_from": NO_SLIP} if fluid.D_cm is None else {}
         # Empty tables, and the model of particles, are not recorded: older runs have none.
-        tables = {} if fluid.curve is not None else {"curve", "cooling"}
+        tables = {} if fluid.curve is not None else {"curve"}
         return {
             "fluid": fluid.model_dump(exclude=tables) | drag,
             "solver": solver.model_dump(exclude={"model"}) | solver.scheme._asdict() | steps,

@@ -10,17 +10,7 @@ from pydantic import Field, Tag, model_validator
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_figures import FAST, Method
 from sealtwin.core.settings import Likely, Settings
-from simulate.material_curve import (
-    ByForm,
-    CoolingCurve,
-    CoolingOrFile,
-    Course,
-    CurveOrFile,
-    MaterialCurve,
-    course_of_tables,
-    fault_of,
-    read_table,
-)
+from simulate.material_curve import ByForm, Course, CurveOrFile, read_curve
 from simulate.material_file import Material, read_material
 from simulate.shear_law import Law
 
@@ -48,7 +38,7 @@ class GivenLaw(NamedTuple):
 _STRESSES = ("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa")
 LAWS = {
     "material": GivenLaw(Law.HERSCHEL_BULKLEY, ("viscosity_pa_s",)),
-    "curve": GivenLaw(Law.BINGHAM, ("cooling", "density_kg_m3")),
+    "curve": GivenLaw(Law.BINGHAM, ("density_kg_m3",)),
     "U": GivenLaw(Law.BINGHAM, (*_STRESSES, "density_kg_m3")),
     "viscosity_pa_s": GivenLaw(Law.BINGHAM, (*_STRESSES, "density_kg_m3")),
     "consistency_pa_s_n": GivenLaw(Law.HERSCHEL_BULKLEY, ("flow_index", *_STRESSES, "density_kg_m3")),
@@ -114,12 +104,9 @@ class Fluid(Settings):
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
     """Yield stress at which curing ends. Default: curing does not end."""
     curve: CurveOrFile | None = None
-    """Viscosity and yield stress over age or temperature. It replaces U, viscosity_pa_s and the three settings of the
-    yield stress. Give a CSV file, or its columns viscosity_pa_s, yield_stress_pa and either age_s or temperature_c.
-    Between rows the yield stress and the logarithm of the viscosity are linear. Outside the ages they are constant."""
-    cooling: CoolingOrFile | None = None
-    """Temperature of the sealant by age, as a CSV file or as its columns age_s and temperature_c. It is needed if
-    ``curve`` is given over temperature. All its values must be within the curve's range."""
+    """Viscosity and yield stress over age. It replaces U, viscosity_pa_s and the three settings of the yield stress.
+    Give a CSV file, or its columns age_s, viscosity_pa_s and yield_stress_pa. Between rows the yield stress and the
+    logarithm of the viscosity are linear. Outside the ages they are constant."""
     material: MaterialOrFile | None = None
     """A material.toml, written by 'sealtwin material'. It gives the yield stress, the density and, if measured, either
     the viscosity or consistency_pa_s_n and flow_index. Its uncertainties are used unless [uncertainty] declares
@@ -145,12 +132,8 @@ class Fluid(Settings):
         """
         if isinstance(self.material, Path):
             return self._with(read_material(folder / self.material), folder / self.material)
-        curve = read_table(folder / self.curve, MaterialCurve) if isinstance(self.curve, Path) else self.curve
-        cooling = read_table(folder / self.cooling, CoolingCurve) if isinstance(self.cooling, Path) else self.cooling
-        file = folder / self.cooling if isinstance(self.cooling, Path) else None
-        if fault := fault_of(curve, cooling, file):
-            raise InputError(f"{fault}.")
-        return self.model_copy(update={"curve": curve, "cooling": cooling})
+        curve = read_curve(folder / self.curve) if isinstance(self.curve, Path) else self.curve
+        return self.model_copy(update={"curve": curve})
 
     def _with(self, material: Material, file: Path) -> Self:
         """Return a copy with the values of a material, and with the material itself."""
@@ -184,10 +167,10 @@ class Fluid(Settings):
     @property
     def course(self) -> Course:
         """Viscosity and yield stress over age, after files are loaded. The viscosity is NaN if U is given."""
-        if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
-            raise ValueError("curve or cooling is a file that has not been read: call loaded first")
+        if isinstance(self.curve, Path):
+            raise ValueError("curve is a file that has not been read: call loaded first")
         if self.curve is not None:
-            return course_of_tables(self.curve, self.cooling)
+            return self.curve.course
         viscosity_pa_s = np.nan if self.given_by in ("U", "material", None) else getattr(self, self.given_by)
         age_s, stress_pa = np.zeros(1), np.array([self.yield_stress_pa])
         if self.structuration_pa_per_s:
@@ -235,9 +218,6 @@ class Fluid(Settings):
 
     def _check_law(self) -> None:
         """Raise ValueError unless the settings select exactly one law of flow."""
-        curve, cooling = self.curve, self.cooling
-        if not isinstance(curve, Path) and not isinstance(cooling, Path) and (fault := fault_of(curve, cooling)):
-            raise ValueError(fault)
         if (key := self.given_by) is None:
             raise ValueError(f"no viscosity is given: give one of {', '.join(reversed(LAWS))}")
         # A flow index of 1 is any law's but Herschel and Bulkley's.

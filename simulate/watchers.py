@@ -7,10 +7,8 @@ import re
 import time
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
-from datetime import UTC, datetime
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +16,6 @@ from numpy.typing import NDArray
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, naming
 from sealtwin.core.plain_files import opened
-from sealtwin.core.progress import Pace
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import MANIFEST
 from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write_collection, write_frame
@@ -49,7 +46,6 @@ COLUMNS = (
 moving particles, divided by the rest density. Iterations per substep, and ms, are means since the row before. Errors
 and iterations are empty if nothing moved."""
 ROWS_EVERY = 10  # Number of frames per row
-PROGRESS_EVERY_S = 1.0  # Wall time in s after which the progress is written again
 
 
 class Checkpoint(Watcher):
@@ -220,58 +216,6 @@ class StillThere(Watcher):
             )
 
     begin = after_frame
-
-
-class ProgressFile(Watcher):
-    """Watcher that writes the progress of a run into a small JSON file for other programs, at most once a second.
-
-    Used as a context around the run, it also writes how the run ended.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._injection: Injection | None = None
-
-    def begin(self, injection: Injection) -> None:
-        self._injection, self._eta_s = injection, None
-        self._pace = Pace(injection.work[-1], injection.work[injection.done])
-        self._write(injection, "running")
-
-    def after_frame(self, injection: Injection) -> None:
-        self._eta_s = self._pace.left_s(injection.work[injection.done], time.monotonic())
-        if time.monotonic() - self._written >= PROGRESS_EVERY_S and self._path.is_file():
-            self._write(injection, "running")
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, _: TracebackType | None) -> None:
-        # If the file is gone, the folder was removed, and is not made again.
-        if self._injection is not None and self._path.is_file():
-            stopped = kind is not None and issubclass(kind, KeyboardInterrupt)
-            state = "finished" if kind is None else "interrupted" if stopped else "failed"
-            self._write(self._injection, state, str(fault) if state == "failed" else None)
-
-    def _write(self, run: Injection, state: str, fault: str | None = None) -> None:
-        self._written = time.monotonic()
-        # A bed at rest ends a run before its last frame.
-        frames = run.done if state == "finished" else run.frames
-        content = {
-            "version": 1,
-            "stage": "simulate",
-            "state": state,
-            "error": fault,
-            "frame": run.done,
-            "frames": frames,
-            "t_s": round(run.t_s, 4),
-            "percent": round(100 * run.done / frames, 1),
-            "eta_s": None if state != "running" or self._eta_s is None else round(self._eta_s, 1),
-            "particles": run.out,
-            "moving": run.moving,
-            "updated_utc": datetime.now(UTC).isoformat(timespec="seconds"),
-        }
-        with files.replacing(self._path, lasting=False) as temporary:
-            temporary.write_text(files.as_json(content), encoding="utf-8", newline="\n")
 
 
 class HealthLog(Watcher):

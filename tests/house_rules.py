@@ -32,7 +32,6 @@ PAST_THE_READER = {
     "sealtwin/trial/starter_files.py": "reads files of the package",
     "validate/units.py": "reads a file of the package",
     "validate/readings/words.py": "reads a file of the package",
-    "validate/readings/beside.py": "reads a file of the package",
     "validate/report/write_report.py": "reads a file of the package",
     "digitise/trace_page/page.py": "reads files of the package; its sheets are photos that are decoded",
     "digitise/image/decoding.py": "asks for a plain file and its size itself, with words for photos",

@@ -88,7 +88,6 @@ def compare(
         fitted=fitted,
         readings_data=measured.data,
         readings_dialect=measured.dialect,
-        means=measured.means,
         photo_data=photo_data,
         escaped_particles=escaped_particles,
         uncertainty=uncertainty,
@@ -208,9 +207,7 @@ def error_uncertainty(
         findings=(
             *validation.level_findings(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
             *((stated("validation.missing", len(missing), names=missing),) if missing else ()),
-            *of_readings.unused,
         ),
-        unused=of_readings.unused,
         alignment=alignment(simulated, measured),
         numerics=_numerics(spread, measured, error.x),
         inputs=inputs,

@@ -3,13 +3,11 @@
 The docstring of a figure is its description in the published schema of report.json.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from pydantic import ConfigDict, Field, with_config
+from pydantic import ConfigDict, with_config
 
-from sealtwin.core.doubts import QuantityMean
 from sealtwin.core.facts import Facts, texts
 from sealtwin.core.record_files import Amount, Positive
 from sealtwin.core.records import DataKind, Floats, JsonRecord, Numbers
@@ -234,9 +232,6 @@ class Comparison(JsonRecord):
     """Origin of the readings. Only measured data can validate."""
     readings_dialect: str
     """Sentence that describes how the sheet of readings was interpreted."""
-    means: Mapping[str, QuantityMean] = Field(default_factory=dict, exclude_if=lambda means: not means)
-    """Means of the other quantities in the sheet, such as the temperature, by quantity. Left out if the sheet has
-    none."""
     photo_data: DataKind
     """Origin of the photo or the mesh."""
     escaped_particles: int

@@ -237,8 +237,6 @@ class ErrorUncertainty(JsonRecord):
     findings: Facts
     """Conclusions that ASME V&V 20 allows, or the reason why it was not assessed, and findings about errors that no
     interval includes."""
-    unused: Facts = ()
-    """Findings about declared errors that the readings contradict. The intervals do not include these errors."""
     alignment: Alignment
     numerics: SizeStudy | None
     """Mean level and mean error at three particle sizes. None if there are runs at only one size."""

@@ -17,9 +17,6 @@ Decimal = Literal["point", "comma"]
 Quantity = Literal["level", "depth"]
 """Direction of the readings. level is measured upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "µm", "inch"]
-DialUnit = Literal["1/10 mm", "1/100 mm"]
-"""Units of a dial gauge, which are only allowed for readings."""
-DIAL = re.compile(r"1\s*/\s*(100?)\s*mm|mm\s*/\s*(100?)", re.IGNORECASE)
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm. The second one has a Greek letter.
 AS_WRITTEN = re.compile(
     r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|worksheets|names"
@@ -40,9 +37,7 @@ SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
 def _spelt_once(unit: Any) -> Any:
-    """Return a unit in the spelling of ``Unit`` and ``DialUnit``."""
-    if isinstance(unit, str) and (dial := DIAL.fullmatch(unit.strip())) is not None:
-        return f"1/{dial[1] or dial[2]} mm"
+    """Return a unit in the spelling of ``Unit``."""
     return "µm" if unit in MICROMETRES else unit
 
 
@@ -83,9 +78,8 @@ class Declared(Settings):
     quantity: Quantity | None = None
     """Direction of the readings. level is measured upward from the datum, depth downward. It is needed if the header
     names neither."""
-    unit: Unit | DialUnit | None = None
-    """Unit of the columns whose header names none. The units of a dial, "1/10 mm" and "1/100 mm", do not apply to
-    positions, whose unit is then ``columns.places``."""
+    unit: Unit | None = None
+    """Unit of the columns whose header names none."""
     columns: Columns | None = None
     """Columns of the sheet. They are needed if its header does not name them."""
     as_written: tuple[str, ...] | None = None
@@ -129,7 +123,7 @@ class Readings(Declared):
     """A sheet of caliper readings: its format, and how the readings were taken."""
 
     file: Path
-    """Path of the sheet (CSV, XLSX or ODS), absolute or relative to the trial file. Its columns are s_mm and either
+    """Path of the sheet (CSV or XLSX), absolute or relative to the trial file. Its columns are s_mm and either
     level_1_mm, level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from the face), or the columns that
     the lab writes."""
     data: DataKind

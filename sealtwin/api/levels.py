@@ -76,7 +76,7 @@ def read_readings(
     Parameters
     ----------
     readings
-        A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``. Or an array or a list of
+        A CSV or XLSX file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``. Or an array or a list of
         rows in mm, (n, 1 + r): the arc length along the crack, then r levels for each station, with NaN for a missing
         reading. Messages name the cells of an array as in a spreadsheet whose first row has the column names: "B5" is
         the reading [3, 1].

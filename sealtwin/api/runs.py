@@ -254,7 +254,7 @@ def release_block(
     progress: bool | None = None,
     **keywords: Any,
 ) -> BlockRelease:
-    """Release a block of fluid behind a gate, as in a dam break, an L-box or a mini-slump.
+    """Release a block of fluid behind a gate, as in a dam break.
 
     The fluid sticks to all walls.
 

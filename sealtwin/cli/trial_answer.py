@@ -151,11 +151,8 @@ def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]
     if (fluid := result.fluid) is not None and last != "digitise":
         # The rows about the fluid already contain these facts.
         yield from without(fluid.warnings, "method.fast", "unfit")
-    if last == "validate":
-        if result.comparison is None and result.edited:
-            yield sentence("terminal_edited", edited=result.edited)
-        if result.comparison is not None and result.comparison.uncertainty is not None:
-            yield from result.comparison.uncertainty.unused
+    if last == "validate" and result.comparison is None and result.edited:
+        yield sentence("terminal_edited", edited=result.edited)
 
 
 def _concluded(result: "TrialResult") -> Rows:

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePath
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 Reader = Literal["trial", "pairing", "python"]
 """Place where the user answers a doubt: a trial file or lab.toml, pairing.csv, or an argument of a Python function."""
@@ -74,20 +74,6 @@ class Doubt:
 
     def __str__(self) -> str:
         return self.in_words()
-
-
-@dataclass(frozen=True)
-class QuantityMean:
-    """Mean of a further quantity in a sheet of readings, such as the temperature."""
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
-
-    value: float
-    """Mean over the stations that have a value."""
-    unit: str
-    """Unit of the value. Empty if the sheet states no unit."""
-    stations: int
-    """Number of stations that have a value."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ These conventions hold everywhere:
 - Polylines are open. Rings are counter-clockwise in mm, and do not repeat their first point.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 from typing import Any, Literal
@@ -31,7 +31,7 @@ from sealtwin.core.arrays import (
     require_as_long,
     unit,
 )
-from sealtwin.core.doubts import Doubt, QuantityMean, ReadSheet
+from sealtwin.core.doubts import Doubt, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import EndKind, SolidFigures, Span
@@ -439,8 +439,6 @@ class Profile(HasSummary):
     doubts: tuple[str, ...] = ()  # Doubts about the readings. Each is a sentence with the cell and how to answer
     questions: tuple[Doubt, ...] = ()  # Same doubts as records
     understood: ReadSheet | None = None  # Interpretation of the sheet of readings
-    means: dict[str, QuantityMean] = field(default_factory=dict[str, QuantityMean])
-    """Means of the other quantities in the sheet of readings, by the name of the quantity."""
     is_depth: bool = False  # True if the sheet measures downward from its datum
     made_of: Origins = ()
 

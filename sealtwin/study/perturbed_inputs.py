@@ -200,7 +200,7 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
         if "yield_stress_pa" in steps:
             changes["fluid.yield_stress_pa"] = fluid.yield_stress_pa + steps["yield_stress_pa"]
         return changes
-    columns: dict[str, Any] = dict(curve.columns)
+    columns: dict[str, Any] = curve.model_dump(exclude_none=True)
     columns["viscosity_pa_s"] = [thicker * value for value in curve.viscosity_pa_s]
     if more_pa := steps.get("yield_stress_pa"):
         stress_pa = curve.yield_stress_pa or [0.0] * len(curve.viscosity_pa_s)

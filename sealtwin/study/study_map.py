@@ -10,7 +10,7 @@ import numpy as np
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Fact, doubt, texts
+from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.plain_files import opened
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import DataKind, Profile
@@ -190,7 +190,6 @@ def chart_of(
         band_mm=budget.profile_band_mm,
         as_near=as_near,
         replicates=replicates,
-        unused=texts(budget.unused),
         fluid_warnings=tuple(fluid_warnings(done)),
         screening=screening([run for run in plan.runs if run.state == "done"]),
         fitted=len({*(axis.setting for axis in axes), *(settings.fitted or ())}),
@@ -279,7 +278,6 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "against_baselines": chart.beside_baselines,
         "scatter_of_replicates_mm": None if chart.replicates is None else chart.replicates.scatter_mm,
         "screening": chart.screening,
-        "unused": chart.unused,
         "fluid_warnings": chart.fluid_warnings,
         "excluded": [{**vars(run), "reason": run.reason.text} for run in chart.excluded],
         "runs": rows,

@@ -13,13 +13,12 @@ from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
 from sealtwin.trial.trial_file import Output
-from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, ProgressFile, StillThere
+from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, StillThere
 
 CHECKPOINT = "checkpoint.npz"  # File with the checkpoint of an unfinished run
 FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
 """Collection files that list the frames and the snapshots. Each is in the folder of these files."""
 HEALTH = "health.csv"
-PROGRESS = "progress.json"
 
 
 def bring_up_to_date(job: Job) -> bool:
@@ -52,25 +51,24 @@ def bring_up_to_date(job: Job) -> bool:
     frame_files, health_log = FrameFiles(job.path / FRAMES, frames_s), HealthLog(job.path / HEALTH)
     # It is in the list twice, because it must be first both before the run and after each frame.
     still_there = StillThere(job.path)
-    with ProgressFile(job.path / PROGRESS) as progress_file:
-        watchers = still_there, checkpoint, frame_files, snapshots, health_log, progress_file, still_there
-        run, profile = fill(trial.pour(sample), ComputeOptions(device, job.threads, job.progress, watchers))
-        begin_writing(job, "simulate")
-        record_files.write_run(job.path, run)
-        record_files.write_profile(job.path, profile)
-        facts = {"device": run.device, "seed": trial.seed}
-        if run.has_particles:
-            _note_missed(job, run)
-            facts["output"] = trial.output.model_dump(mode="json")
-        else:
-            # Files of an earlier particle run are deleted.
-            frames = (read_collection(job.path / name) for name in (FRAMES, SNAPSHOTS) if (job.path / name).is_file())
-            stale = (CHECKPOINT, PROGRESS, HEALTH, FRAMES, SNAPSHOTS)
-            for path in [*(path for pairs in frames for _, path in pairs), *(job.path / name for name in stale)]:
-                path.unlink(missing_ok=True)
-        wall_time_s = time.monotonic() - began
-        job.folder.record("simulate", key, settings, inputs, SIMULATED, wall_time_s, numbers=numbers, **facts)
-        checkpoint.remove()
+    watchers = still_there, checkpoint, frame_files, snapshots, health_log, still_there
+    run, profile = fill(trial.pour(sample), ComputeOptions(device, job.threads, job.progress, watchers))
+    begin_writing(job, "simulate")
+    record_files.write_run(job.path, run)
+    record_files.write_profile(job.path, profile)
+    facts = {"device": run.device, "seed": trial.seed}
+    if run.has_particles:
+        _note_missed(job, run)
+        facts["output"] = trial.output.model_dump(mode="json")
+    else:
+        # Files of an earlier particle run are deleted.
+        frames = (read_collection(job.path / name) for name in (FRAMES, SNAPSHOTS) if (job.path / name).is_file())
+        stale = (CHECKPOINT, HEALTH, FRAMES, SNAPSHOTS)
+        for path in [*(path for pairs in frames for _, path in pairs), *(job.path / name for name in stale)]:
+            path.unlink(missing_ok=True)
+    wall_time_s = time.monotonic() - began
+    job.folder.record("simulate", key, settings, inputs, SIMULATED, wall_time_s, numbers=numbers, **facts)
+    checkpoint.remove()
     return True
 
 

@@ -2,21 +2,18 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.slot.fill import CELLS, MOUND, HerschelBulkley
-from simulate.slot.narrows import goes_on, narrows
-from simulate.slot.sections import sections_of, trapezoid_misfit
+from simulate.slot.narrows import narrows
+from simulate.slot.sections import sections_of
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 """Limits of the model: largest slope that walls support, height of a mound in mm, filled fraction of the crack, and
 level above the face in mm."""
-MAX_MISFIT = 0.05
-"""Limit, as a fraction, for two differences: between the areas below a level of a mesh's sections and of trapezoids,
-and between the volumes of the sections and of the crack. At a depth of 10 mm, levels are then wrong by half a
-millimetre."""
+MAX_LEFT_OUT = 0.05
+"""Limit for the difference between the volumes of the sections and of the crack, as a fraction. At a depth of 10 mm,
+levels are then wrong by half a millimetre."""
 MAX_HELD_MM, MAX_DRAGGED = 0.5, 0.25
 """Limits for narrow positions of a crack: largest step of the level in mm that they may support in addition to the
 sections, and largest drag that they may add to a liquid, as a length divided by the crack's length. At both limits, a
@@ -36,21 +33,17 @@ class Fitness:
     """Dispensed volume divided by the volume of the crack."""
     above_mm: float = 0.0
     """Highest level of the sealant above the face. It is 0 if the sealant is below the face."""
-    misfit: float = 0.0
-    """Difference between the areas below a level of a mesh's sections and of this model's trapezoids, as a fraction."""
     left_out: float = 0.0
-    """Fraction of the crack's volume that this model's sections leave out: side cracks, and space under the face beyond
-    the ends of the mouth. It is negative if the sections have more volume than the crack."""
+    """Fraction of the crack's volume that this model's sections leave out, such as side cracks. It is negative if the
+    sections have more volume than the crack."""
+    is_open: bool = True
+    """False for a crack with stones, and for a mesh: their narrow positions are not searched."""
     held_mm: float = 0.0
-    """Step of the level in mm that stones, walls across the crack and necks support, in addition to the sections."""
+    """Step of the level in mm that walls across the crack and necks support, in addition to the sections."""
     dragged: float = 0.0
-    """Drag of stones, walls across the crack and necks, as an equivalent length of crack divided by the crack's
-    length."""
+    """Drag of walls across the crack and necks, as an equivalent length of crack divided by the crack's length."""
     narrowest_mm: float = 0.0
     """Arc length of the position that adds most drag."""
-    goes_on_mm: float | None = None
-    """Arc length of an end of the mouth beyond which the cavity continues under the face. None if there is no such
-    end."""
 
     @property
     def unfit(self) -> tuple[Fact, ...]:
@@ -92,49 +85,24 @@ class Fitness:
             "mm",
         )
         unless(
-            self.misfit <= MAX_MISFIT,
-            "walls",
-            "The walls of this mesh are not straight: the area of a section below a level differs by "
-            f"{self.misfit:.0%} from that of this model's trapezoids. At most {MAX_MISFIT:.0%} is allowed.",
-            self.misfit,
-        )
-        unless(
-            abs(self.left_out) <= MAX_MISFIT,
+            abs(self.left_out) <= MAX_LEFT_OUT,
             "left-out",
             f"This model's sections have {abs(self.left_out):.0%} {'less' if self.left_out > 0 else 'more'} volume "
-            f"than the crack: they do not include side cracks, and space under the face beyond the ends of the "
-            f"mouth. At most {MAX_MISFIT:.0%} is allowed.",
+            f"than the crack. At most {MAX_LEFT_OUT:.0%} is allowed.",
             self.left_out,
         )
-        places = f"Stones, a wall across the crack or a neck, mainly at s = {self.narrowest_mm:.1f} mm,"
+        if not self.is_open:
+            text = "The crack has stones or comes from a mesh, whose narrow positions this model does not see."
+            reasons.append(doubt("unfit.stones-or-mesh", text))
         unless(
-            np.isfinite(self.dragged),
-            "closed",
-            f"{places} close the crack below the level of the sealant.",
+            self.held_mm <= MAX_HELD_MM and self.dragged <= MAX_DRAGGED,
+            "narrow",
+            f"A neck or a wall across the crack, mainly at s = {self.narrowest_mm:.1f} mm, supports a step of the "
+            f"level of {self.held_mm:.1f} mm, and slows the flow as much as {self.dragged:.2f} times the crack's "
+            f"length would. At most {MAX_HELD_MM:g} mm and {MAX_DRAGGED:g} are allowed.",
             self.narrowest_mm,
             "mm",
         )
-        unless(
-            not MAX_HELD_MM < self.held_mm < np.inf,
-            "held",
-            f"{places} support a step of the level of up to {self.held_mm:.1f} mm. This model averages them over its "
-            f"sections, and allows at most {MAX_HELD_MM:g} mm.",
-            self.held_mm,
-            "mm",
-        )
-        unless(
-            not MAX_DRAGGED < self.dragged < np.inf,
-            "dragged",
-            f"{places} slow the flow as much as {self.dragged:.2f} times the crack's length would. At most "
-            f"{MAX_DRAGGED:g} is allowed.",
-            self.dragged,
-        )
-        if self.goes_on_mm is not None:
-            text = (
-                f"The cavity continues under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm, "
-                "but this model has a wall there."
-            )
-            reasons.append(doubt("unfit.goes-on", text, self.goes_on_mm, "mm"))
         return tuple(reasons)
 
 
@@ -152,10 +120,9 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
         slope,
         max(float((slopes * height_mm).mean()), MOUND * held_mm),
         fill,
-        misfit=trapezoid_misfit(sections, solid),
         left_out=1 - sections_mm3 / solid.cavity_volume_mm3,
+        is_open=not outline.islands_mm and solid.tilt != "modelled",
         held_mm=slope * narrow.holds_mm if slope > 0 else 0.0,
         dragged=narrow.drags_mm / outline.length_mm,
         narrowest_mm=narrow.s_mm,
-        goes_on_mm=goes_on(outline, solid),
     )

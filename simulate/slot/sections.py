@@ -15,7 +15,6 @@ NARROWEST_MM = 0.05  # Smallest width of a section that closes, so that every ar
 ROUND_CORNERS = 4 - np.pi
 """Twice the area of unmoved paste in a corner, divided by the square of the radius: a square less its inscribed
 circle."""
-COMPARED = 17  # Number of levels at which a trapezoid is compared with a section of a mesh
 INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a level above the face: largest number, length of the last one
 
 
@@ -114,8 +113,7 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
     """Return the sections of equal cells, from the traced walls, the depth and the areas of the solid's sections.
 
     A trapezoid has the area of its section and one of its widths: the floor's if the walls flare, and the mouth's
-    otherwise. If walls meet above the floor, the section ends at the line where they meet. Walls of a mesh need not be
-    straight: ``trapezoid_misfit`` measures their difference from trapezoids.
+    otherwise. If walls meet above the floor, the section ends at the line where they meet.
     """
     s_mm = (np.arange(cells) + 0.5) * outline.length_mm / cells
     width_mm = np.maximum(_means(s_mm, outline.s_mm, outline.width_mm), NARROWEST_MM)
@@ -136,21 +134,6 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
     x_min, y_min, x_max, y_max = solid.block_mm
     reach_mm = max(0.0, (min(x_max - x_min, y_max - y_min) - float(mouth_mm.mean())) / 2)
     return Trapezoids(s_mm, floor_mm, mouth_mm, depth_mm, slant, -depth_mm, reach_per_mm, reach_mm)
-
-
-def trapezoid_misfit(sections: Trapezoids, solid: Solid) -> float:
-    """Return the error of the areas below a level, compared with the solid's table, as a fraction of the full section.
-
-    It is the mean along the crack, at the level with the largest mean. It is 0 for built walls, which are straight.
-    """
-    if not solid.sections.by_level:
-        return 0.0
-    heights = np.linspace(0.0, 1.0, COMPARED)[:, None] * sections.depth_mm
-    off_mm2 = [
-        sections.area_mm2(height_mm)[0] - solid.sections.below_at_mm2(sections.s_mm, height_mm + sections.bottom_mm)
-        for height_mm in heights
-    ]
-    return float(np.abs(off_mm2).mean(axis=1).max() / sections.full_mm2.mean())
 
 
 def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:

@@ -23,10 +23,9 @@ def released(
     return release(FluidBlock.model_validate(table), sealant(**fluid), settings, slope=slope, seed=seed)
 
 
-@pytest.mark.parametrize("onto", ["channel", "open"])
-def test_a_released_block_keeps_its_volume_and_stays_between_its_walls(onto):
-    """Softer fluid flows farther, and equally far to all sides on an open plate. Times start when the gate opens."""
-    stiff, soft = (released(PASTE | {"yield_stress_pa": stress_pa}, onto=onto) for stress_pa in (40.0, 4.0))
+def test_a_released_block_keeps_its_volume_and_stays_between_its_walls():
+    """Softer fluid flows farther, and beside the gate too. Times start when the gate opens."""
+    stiff, soft = (released(PASTE | {"yield_stress_pa": stress_pa}) for stress_pa in (40.0, 4.0))
     assert soft.front_mm[-1] > stiff.front_mm[-1] + 3 > 3
     for block in (stiff, soft):
         assert block.t_s[[0, -1]] == pytest.approx([0.0, 0.3], abs=0.01)
@@ -35,28 +34,18 @@ def test_a_released_block_keeps_its_volume_and_stays_between_its_walls(onto):
         assert len(block.position_mm) * particle_volume(1.5) == pytest.approx(20.0**3, rel=0.05)
         x, y, z = block.position_mm.T
         assert (z > 0).all()
-        if onto == "channel":
-            assert x.min() > -20
-            assert (np.abs(y[x < 0]) < 10).all()
-    assert (np.abs(y).max() < 10) == (onto == "channel")
-    if onto == "open":
-        sides = [np.quantile(side, 0.998) for side in (x + 10, -x - 10, y, -y)]
-        assert np.ptp(sides) < 0.06 * np.mean(sides)
+        assert x.min() > -20
+        assert (np.abs(y[x < 0]) < 10).all()
+    assert np.abs(y).max() > 10
 
 
 def test_a_released_block_depends_on_its_seed_and_its_slope():
-    release_of = partial(released, PASTE | {"yield_stress_pa": 4.0}, onto="channel", duration_s=0.2)
+    release_of = partial(released, PASTE | {"yield_stress_pa": 4.0}, duration_s=0.2)
     level, same, other = (release_of(seed=seed) for seed in (3, 3, 4))
     assert np.array_equal(level.position_mm, same.position_mm)
     assert not np.array_equal(level.position_mm, other.position_mm)
     down, up = (release_of(slope=SampleSlope(gradient_deg=angle)).front_mm[-1] for angle in (-15.0, 15.0))
     assert down > up + 5
-
-
-def test_released_fluid_stops_at_the_closed_end_of_the_channel():
-    thin = released({"viscosity_pa_s": 0.1}, onto="channel", ahead_mm=20.0, duration_s=1.0)
-    assert thin.front_mm[-1] == pytest.approx(20.0, abs=1.0)
-    assert thin.height_mm[-1] == pytest.approx(10.0, abs=2.0)
 
 
 @pytest.mark.parametrize(

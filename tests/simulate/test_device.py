@@ -117,19 +117,6 @@ def selftest(cache: Path, largest_file_bytes: int | None = None, **environment: 
 
 
 @pytest.mark.slow
-def test_a_damaged_kernel_is_compiled_again(tmp_path):
-    """The object file or its description is cut short, as by a power cut; the next run restores the cache."""
-    assert selftest(tmp_path) == (0, "1344\n")
-    for ending, bytes_left in ((".o", 1000), (".o", 0), (".meta", 3)):
-        (damaged,) = tmp_path.rglob(f"*{ending}")
-        whole = damaged.stat().st_size
-        os.truncate(damaged, bytes_left)
-        assert selftest(tmp_path) == (0, "1344\n")
-        (mended,) = tmp_path.rglob(f"*{ending}")
-        assert mended.stat().st_size == whole
-
-
-@pytest.mark.slow
 def test_a_kernel_cache_that_cannot_be_written_is_named_in_the_error(tmp_path):
     code, printed = selftest(tmp_path, largest_file_bytes=5_000)
     assert code == 3

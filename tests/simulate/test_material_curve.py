@@ -44,27 +44,14 @@ def test_a_curve_interpolates_the_logarithm_of_viscosity_between_its_rows(tmp_pa
     assert not curve(age_s=[0, 1], viscosity_pa_s=[1, 2]).yields
 
 
-@pytest.mark.parametrize("downward", [False, True])
-def test_a_cooling_converts_a_curve_over_temperature_into_a_curve_over_age(tmp_path, downward):
-    """It cools from 190 to 150 C in 40 s, then by 10 C in 100 s. Ages between the rows of both tables are checked."""
-    rows = ["100,100,50", "160,4,2", "200,1,0"]
-    text = "\n".join(["temperature_c,viscosity_pa_s,yield_stress_pa", *(reversed(rows) if downward else rows)])
-    cooling = write(tmp_path, "cooling.csv", "age_s,temperature_c\n0,190\n40,150\n140,140\n")
-    paste = fluid(curve=write(tmp_path, "hot.csv", text), cooling=cooling).loaded(tmp_path)
-    age_s = np.linspace(0, 200, 401)
-    temperature_c = np.interp(age_s, [0, 40, 140], [190, 150, 140])
-    viscosity, stress = paste.course.at(age_s)
-    assert viscosity == pytest.approx(np.exp(np.interp(temperature_c, [100, 160, 200], np.log([100, 4, 1]))))
-    assert stress == pytest.approx(np.interp(temperature_c, [100, 160, 200], [50, 2, 0]))
-
-
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("", "no column viscosity_pa_s"),
+        ("", "no column age_s"),
         ("age_s;viscosity_pa_s\n0;1\n", "row 1: column 'age_s;viscosity_pa_s' is unknown.*commas"),
         ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or occurs twice"),
-        ("viscosity_pa_s\n1\n2\n", "either the column age_s or the column temperature_c"),
+        ("viscosity_pa_s\n1\n2\n", "no column age_s"),
+        ("temperature_c,viscosity_pa_s\n9,1\n5,1\n", "column 'temperature_c' is unknown"),
         ("age_s,viscosity_pa_s\n0,1\n", "1 rows below the header; 2 to 1000"),
         ("age_s,viscosity_pa_s\n" + "".join(f"{n},1\n" for n in range(1001)), "1001 rows below the header"),
         ("age_s,viscosity_pa_s\n0,1\n\n1\n", "row 4: the row has 1 cells"),
@@ -72,7 +59,6 @@ def test_a_cooling_converts_a_curve_over_temperature_into_a_curve_over_age(tmp_p
         ("age_s,viscosity_pa_s\n0,1\n1,nan\n", "row 3, column viscosity_pa_s: nan is not in 1e-06 to 10000"),
         ("age_s,viscosity_pa_s\n0,1\n\n5,1\n5,2\n", "row 5, column age_s: 5 follows 5; .* larger"),
         ("age_s,viscosity_pa_s,yield_stress_pa\n0,1,2e4\n1,1,0\n", "row 2, .* 20000 is not in 0 to 10000"),
-        ("temperature_c,viscosity_pa_s\n9,1\n5,1\n7,1\n", "row 4, column temperature_c: 7 follows 5; .* smaller"),
         ("x" * 200_001, "larger than 200000 bytes"),
         (None, "no such file"),
         (b"\xff\xfe\x00\x01", "UTF-8"),
@@ -85,34 +71,18 @@ def test_an_invalid_table_is_refused_with_its_row_column_and_value(tmp_path, tex
         fluid(curve="material.csv").loaded(tmp_path)
 
 
-COOLS = {"age_s": [0, 9], "temperature_c": [50, 9]}
-
-
 @pytest.mark.parametrize(
     ("table", "fault"),
     [
         ({"U": 0.0}, "curve cannot .* U,"),
-        ({"cooling": COOLS}, "fluid.cooling cannot .* a fluid.curve over age_s"),
-        ({"curve": None, "cooling": COOLS}, "cooling is given without curve"),
-        ({"curve": {"temperature_c": [0, 1], "viscosity_pa_s": [1, 1]}}, "over temperature_c: give fluid.cooling"),
+        ({"curve": {"temperature_c": [0, 1], "viscosity_pa_s": [1, 1]}}, "temperature_c"),
         ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1]}}, "viscosity_pa_s"),
         ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1, 1]}}, "age_s, row 3: .* no value"),
-        (
-            {"curve": {"temperature_c": [10, 50], "viscosity_pa_s": [1, 1]}, "cooling": COOLS},
-            "fluid.cooling, row 2, column temperature_c: 9 at",
-        ),
     ],
 )
 def test_settings_that_conflict_with_a_curve_or_are_incomplete_are_refused(table, fault):
     with pytest.raises(ValidationError, match=fault):
         fluid(**{"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1]}} | table)
-
-
-def test_a_cooling_beyond_the_range_of_its_curve_is_refused_with_its_row(tmp_path):
-    hot = write(tmp_path, "hot.csv", "temperature_c,viscosity_pa_s\n20,9000\n180,1\n")
-    cools = write(tmp_path, "cools.csv", "age_s,temperature_c\n0,170\n10,12\n")
-    with pytest.raises(InputError, match=r"cools\.csv, row 3, column temperature_c: 12 at 10 s"):
-        fluid(curve=hot, cooling=cools).loaded(tmp_path)
 
 
 def test_a_softening_curve_is_refused_if_particles_may_sleep():

@@ -82,7 +82,7 @@ def along_the_crack(name: str, text: str, option: str, *named: str) -> WrongInpu
 CASES: list[WrongInput] = [
     # Units beside the readings.
     sheet("a decimal before the unit", under("s_mm;Tiefe (0,1 mm)"), "'Tiefe (0,1 mm)'", "as_written"),
-    sheet("tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "column B", "settings, mm", settings=IN_MM),
+    sheet("tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "'Tiefe [1/10 mm]'", settings=IN_MM),
     sheet("a row in inches", table("2.15;mm", "0.0945;inch", "1.3;mm", "1.2;mm", head="s_mm;depth;Einheit"),
         "C3 'inch'", "as_written", settings=IN_MM),
     sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "A1 'Einheit: Zoll'", settings=IN_MM),
@@ -91,7 +91,7 @@ CASES: list[WrongInput] = [
     sheet("a quotation mark that closes in another row",
         's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,edge"\n10,1.2,\n', "line 4", "quotation"),
     # Doubts, which need the crack.
-    lab("hundredths with digits of a micrometre",
+    lab("hundredths of a millimetre",
         {"P01.csv": table("2.15", "2.41", "1.37", head="s_mm;Tiefe [1/100 mm]")}, "1/100 mm", "as_written"),
     lab("a row of zeros", {"P01.csv": f"s_mm;depth_1_mm;depth_2_mm\n1;{SIX}0;0;0\n"}, "B8", "as_written = B8 C8"),
     # Tables along the crack, and names of files.

@@ -178,7 +178,6 @@ class Chart:
     one."""
     replicates: RepeatedPairs | None
     screening: str = ""  # Sentence about the runs of the fast model. Empty if there are none.
-    unused: tuple[str, ...] = ()  # Sentences about declared errors that the readings contradict
     fluid_warnings: tuple[str, ...] = ()  # Sentences about faults of the runs' fluids
     fitted: int = 2  # Number of settings fitted to these readings: the map's two, and those that the trial declares
 

@@ -1,4 +1,4 @@
-"""Curves of one trial: level, error, its distribution, histogram and uncertainty, and the weighed cavity."""
+"""Curves of one trial: level, uncertainty at the stations, and the weighed cavity."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,13 +27,10 @@ from validate.figures.theme import (
     themed,
 )
 from validate.intervals import StationErrors
-from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison
 from validate.uncertainty.validation import COVERAGE
 
-OVER_LINES = {"facecolor": CARD, "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
-MAX_BIN_LABELS = 10  # Largest number of bins whose labels fit side by side
 
 
 def draw_levels(
@@ -87,48 +84,6 @@ def draw_levels(
     axes.set(xlabel=ALONG, ylabel=LEVEL)
     axes.legend()
     return axes.figure.get_figure(root=True)
-
-
-@themed()
-def draw_histogram(comparison: Comparison) -> Figure:
-    """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
-    axes, gate = plate(2.9).add_subplot(), comparison.gate
-    bins = [part for part in comparison.distances.by_bin if part.covered_mm > 0]
-    edges_mm = [*(part.from_mm for part in bins), *(part.to_mm for part in bins[-1:])]
-    errors_mm = np.array([part.mean_error_mm for part in bins], dtype=float)
-    bars = axes.bar(
-        edges_mm[:-1], errors_mm, np.diff(edges_mm), align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5
-    )
-    if len(bins) <= MAX_BIN_LABELS:
-        axes.bar_label(bars, fmt="{:.2f}", padding=3, zorder=5, fontsize=8, bbox=OVER_LINES)
-    mean = f"mean error {comparison.mean_error_mm:.2f} mm"
-    axes.axhline(comparison.mean_error_mm, color=INK, linestyle="--", linewidth=1.0, label=mean)
-    if gate is not None:
-        limit = f"gate for the mean, {gate.mean_error_mm:g} mm"
-        axes.axhline(gate.mean_error_mm, color=MEASURED, linestyle=DOTTED, label=limit)
-    axes.set_xlim(0, edges_mm[-1])
-    axes.margins(y=0.12)
-    axes.grid(visible=False, axis="x")
-    ticks_mm = edges_mm[:: len(bins) // MAX_BIN_LABELS + 1]
-    axes.set_xticks(ticks_mm, [f"{edge_mm:.3g}" for edge_mm in ticks_mm])
-    return label_axes(axes, ALONG, "mean |error| (mm)", "Error by place, over each 10 mm", legend=2)
-
-
-@themed()
-def draw_distribution(profile: Profile, readings: Profile, comparison: Comparison) -> Figure:
-    """Draw the fraction of the crack's length on which the error is at most x. It is exact between stations."""
-    axes = plate(2.9).add_subplot()
-    size, within_mm = level_difference(profile, readings).size, np.linspace(0.0, comparison.worst_error_mm, 200)
-    shares = [100 * size.share_below(limit_mm) for limit_mm in within_mm[:-1]] + [100.0]
-    axes.plot(within_mm, shares, color=SIMULATED, label="share of the length")
-    for percent, dashes in ((50, "-"), (95, "--")):
-        limit_mm, style = size.quantile(percent / 100), {"color": MUTED, "linestyle": dashes, "linewidth": 1.0}
-        label = f"{percent} % within {limit_mm:.2f} mm"
-        axes.plot([0, limit_mm, limit_mm], [percent, percent, 0], **style, label=label)
-    axes.set_xlim(0, within_mm[-1] or None)
-    axes.set_ylim(0, 103)
-    title = "Distribution of the error"
-    return label_axes(axes, "|error| of at most (mm)", "share of the length (%)", title, legend=2)
 
 
 @themed()

@@ -125,7 +125,7 @@ def _cautions(chart: Chart) -> Iterator[str]:
         f"The nearest of {len(chart.runs)} pairs was chosen with these readings, which is a calibration: its error is "
         "the residual of the fit, not a test. Compare the pair with other readings."
     )
-    yield from (*chart.fluid_warnings, *chart.unused)
+    yield from chart.fluid_warnings
     if (data := chart.readings.data) != "measured":
         yield f"The origin of the readings: {data}. A small error shows only agreement with their source."
 

@@ -256,8 +256,7 @@ def judged(
         stated(key, *numbers.get(key, ()), level=LEVELS.get(key, "plain"), in_full=True, **parts)
         for key in HEADLINES[case]
     )
-    # Unused declarations are reported with any verdict.
-    findings = () if uncertainty is None else uncertainty.findings if case == "judged" else uncertainty.unused
+    findings = uncertainty.findings if uncertainty is not None and case == "judged" else ()
     verdict = {"headline": headline, "outcome": outcome, "passed": passed, "findings": findings}
     return m.model_copy(update={**verdict, "gate": None if case == "screening" else gate})
 

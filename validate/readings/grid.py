@@ -132,7 +132,7 @@ class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet,
 
 
 def read_grid(path: Path, sheet: str | None = None, separator: Separator | None = None) -> Grid:
-    """Return the rows with content of a CSV, or of one sheet of a workbook (XLSX or ODS).
+    """Return the rows with content of a CSV, or of one sheet of an XLSX.
 
     Raises SheetFaults if the file has another format, or if several sheets have a table and ``sheet`` names none of
     them. Raises InputError if the file cannot be opened.
@@ -151,12 +151,9 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
             raise refused(path, f"{unpacked_mb:.0f} MB when it is unpacked, over {LARGEST_UNPACKED_MB} MB.", SMALLER)
         # openpyxl warns about skipped styles and extensions, which contain no readings.
         with warnings.catch_warnings(action="ignore"):
-            if workbooks.MIMETYPE in content[:128]:
-                sheets = [*workbooks.read_ods(path, archive)]
-            elif "[Content_Types].xml" in archive.namelist():
-                sheets = [*workbooks.read_xlsx(path, archive, content)]
-            else:
-                raise refused(path, "this is a zip file, but not an XLSX or ODS.", SAVE_AGAIN)
+            if "[Content_Types].xml" not in archive.namelist():
+                raise refused(path, "this is an ODS or another archive, but only XLSX workbooks are read.", SAVE_AGAIN)
+            sheets = [*workbooks.read_xlsx(path, archive, content)]
     except SheetFaults:
         raise
     except Exception as fault:  # Damaged files raise errors of any class.

@@ -28,7 +28,7 @@ def read_readings(
     depth_mm: float | None = None,
     filling: Filling | None = None,
 ) -> Profile:
-    """Read a CSV, XLSX or ODS as levels from the sample's surface: mean and repeats of each station, sorted along s.
+    """Read a CSV or XLSX as levels from the sample's surface: mean and repeats of each station, sorted along s.
 
     A sheet has a header of up to three rows, and a row for each station, or a row for each reading with a column that
     counts repeats. Rows may have any order. A blank field is a missing reading, and a station without readings is left
@@ -90,7 +90,6 @@ def readings_of(
         doubts=tuple(map(str, questions)),
         questions=questions,
         understood=understood,
-        means=rows.means,
         is_depth=cells.is_depth,
     )
 
@@ -140,8 +139,7 @@ def _dialect(table: Table, rows: ReadRows) -> str:
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:
     """Return the columns with their roles, the header, the first rows, and which of their cells are read."""
-    quantities = [column for column in table.others.values() if column.role.is_quantity]
-    roles = {column.index: column.in_words for column in (*table.used, *quantities)}
+    roles = {column.index: column.in_words for column in table.used}
     header = table.header.rows
     first = [row for row in table.grid.rows if row in header or row >= table.header.first][:MAX_ROWS_SHOWN]
     texts = [(row, table.grid.texts(row)) for row in first]

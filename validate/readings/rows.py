@@ -10,22 +10,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sealtwin.core.doubts import CONFIRMS, QuantityMean
+from sealtwin.core.doubts import CONFIRMS
 from validate.readings.grid import BLANK, Cell, letters, listed, quoted
 from validate.readings.reading_checks import ReadCells
 from validate.readings.table import Column, Table, numeric
 from validate.readings.words import (
-    MINUS,
     MM,
-    NUMBER,
-    QUANTITIES,
     Role,
     common_mark,
     is_ambiguous,
     is_calculated,
     is_missing,
     number,
-    plain_letters,
 )
 from validate.settings import Decimal
 
@@ -60,7 +56,6 @@ class ReadRows:
     mark: Decimal | None
     read: frozenset[int]  # Rows with a position and a reading
     passed: frozenset[int]  # Rows to skip, and rows of means or other calculated figures
-    means: dict[str, QuantityMean]  # Means of the other quantities
 
 
 def read_rows(table: Table) -> ReadRows:
@@ -70,7 +65,7 @@ def read_rows(table: Table) -> ReadRows:
     passed = frozenset(_passed(table))
     stations = dict(_station_cells(table, passed))
     cells = _read_cells(table, _readings(table, numbers, stations))
-    return ReadRows(cells, numbers.mark, frozenset(stations), passed, dict(_means(table, numbers.mark, cells)))
+    return ReadRows(cells, numbers.mark, frozenset(stations), passed)
 
 
 def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, Cell]]:
@@ -249,52 +244,6 @@ def _declared_places(table: Table, numbers: list[float]) -> list[float]:
         table.ask("places", finding, "Give the first and the last place, or all.")
         return numbers
     return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
-
-
-def _means(table: Table, mark: Decimal | None, cells: ReadCells) -> Iterator[tuple[str, QuantityMean]]:
-    """Yield the means of the other quantities over the stations read, and ask about cells that are left out."""
-    for role in QUANTITIES:
-        columns = [column for column in table.others.values() if column.role is role]
-        if columns[1:]:
-            finding = f"column {columns[0].letters} has the {role.value} too, and only its mean is shown."
-            others = [column.letters for column in columns[1:]]
-            table.ask(role.value, f"column {listed(others)}: {finding}", "", {CONFIRMS: others}, others)
-        for column in columns[:1]:
-            values, unit = _values_of(table, column, mark, np.unique(cells.rows).tolist())
-            of_stations = [[values[row] for row in {*rows} & values.keys()] for rows in cells.rows.tolist()]
-            if means := [float(np.mean(of_station)) for of_station in of_stations if of_station]:
-                yield role.value, QuantityMean(value=float(np.mean(means)), unit=unit, stations=len(means))
-
-
-def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[int]) -> tuple[dict[int, float], str]:
-    """Return the values of a quantity by row, and their unit. Ask about cells without a value within the limits."""
-    role, unit, values, left_out = column.role, column.unit or "", dict[int, float](), dict[str, str]()
-    for row in rows:
-        cell = table.cell(row, column)
-        # Texts without digits are remarks.
-        if cell.kind == "text" and not any(map(str.isdigit, cell.text)):
-            continue
-        text = cell.text.translate(MINUS)
-        end = match.end() if (match := NUMBER.match(text)) else 0
-        value = number(text[:end], None if cell.kind == "number" else mark)
-        behind = plain_letters(f"{text[end:]}{cell.unit}").strip(" \u00b0")
-        if value is not None and cell.kind == "number" and behind == "%" and abs(value) <= 1:
-            value *= 100  # A workbook has 45 % as 0.45, unless the sign is a text of the format.
-        units = role.units_in([behind])
-        unit = unit or "".join(units)
-        low, high = role.limits_in(unit)
-        if value is not None and low <= value <= high and (not behind or units == [unit]):
-            values[row] = value
-        else:
-            left_out[f"{column.letters}{row}"] = cell.text
-    if left_out:
-        low, high = role.limits_in(unit)
-        finding = (
-            f"{_listed(left_out)}: not read as {role.value} of {low:g} to {high:g} {unit or 'in its unit'}, and not in "
-            "the mean."
-        )
-        table.ask(role.value, finding, "Correct it, or clear the cell.", {CONFIRMS: [*left_out]}, [*left_out])
-    return values, unit
 
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:

@@ -14,7 +14,7 @@ from typing import Any, get_args
 from sealtwin.core.doubts import Doubt
 from validate.readings.grid import BLANK, MAX_COLUMNS, Cell, Grid, column_of, letters, listed, quoted
 from validate.readings.words import MM, Meaning, Role, meaning, number, parsed, sample_key, unit_of
-from validate.settings import Columns, Declared, DialUnit, Quantity, Unit
+from validate.settings import Columns, Declared, Quantity, Unit
 
 MAX_ROWS = 3  # Largest number of rows in a header
 FIRST_ROWS = 60  # Number of first rows in which a header must begin
@@ -51,7 +51,7 @@ class Column:
     def in_words(self) -> str:
         if self.role is Role.REPEAT:
             return self.role.value
-        what = {Role.STATION: "s", Role.READING: WAYS[self.quantity]}.get(self.role, self.role.value)
+        what = "s" if self.role is Role.STATION else WAYS[self.quantity]
         return f"{what}, {self.unit or 'no unit'}"
 
 
@@ -360,7 +360,7 @@ def _ask_for_units(table: Table) -> None:
             finding = f"column {column.letters} has {' and '.join(filter(None, texts))} in its cells"
             table.ask("unit", f"{finding}, and its name has {column.unit or 'no unit'}.", "Write all in one unit.")
         setting = declared
-        if column.role is Role.STATION and (places is not None or declared in get_args(DialUnit)):
+        if column.role is Role.STATION and places is not None:
             setting = "mm" if isinstance(places, tuple) else places
         unit = next(filter(None, (column.unit, *map(unit_of, texts))), None)
         lacking += [column] if unit is None and setting is None else []

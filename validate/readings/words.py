@@ -7,7 +7,7 @@ import math
 import re
 import tomllib
 import unicodedata
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
@@ -18,7 +18,7 @@ from validate.settings import Decimal, Quantity
 
 WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
 """Words of labs in all languages."""
-MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "µm": 0.001, "inch": 25.4, "1/10 mm": 0.1, "1/100 mm": 0.01}
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "µm": 0.001, "inch": 25.4}
 UNITS = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
 MISSING = frozenset(WORDS["missing"]["words"].split())
 COLUMNS = {kind: frozenset(words.split()) for kind, words in WORDS["columns"].items()}
@@ -35,11 +35,7 @@ READING = DEPTH | LEVEL | REPEAT | VALUE
 LONGEST_NAME = 200
 PART = re.compile(r"[^\W_]+|[^\w\s.-]")
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
-WORD_OR_MARK = re.compile(r"[^\W\d_]+|[0-9%\u2030]")
 UNIT_WORD = "(?:{})".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
-LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
-DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
-"""Tenths and hundredths of a millimetre, which are the divisions of dials: 1/10 mm, mm/100."""
 INCH = re.compile(r"(?<=[\[(/_])\s*in\s*[\])]?\s*$|\"\s*[\])]?\s*$|\s+in\s*$")
 """The unit "in", in brackets or at the end of a name. Elsewhere "in" is a preposition."""
 FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD}")
@@ -47,9 +43,6 @@ FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD
 UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
 HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
-ORDINAL = re.compile(
-    rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(COLUMNS['ordinal'])}|[.\u00b0](?![0-9]))(?!\w)|#(?=[0-9])"
-)
 REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
 """A mark, or a unit in brackets that is unknown or only a 1."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
@@ -63,37 +56,13 @@ OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
 
 
 class Role(Enum):
-    """Role of a column.
-
-    Labs write other quantities in addition to their readings. Each quantity whose mean a report shows is a member here,
-    and has its words, units and limits in the table [quantities] of ``words.toml``.
-    """
+    """Role of a column."""
 
     STATION = "station"
     READING = "reading"
     REPEAT = "repeat"  # Number of a reading within its station
     SAMPLE = "sample"  # Name of the sample of the row
-    TEMPERATURE = "temperature"
-    HUMIDITY = "humidity"
     OTHER = "other"  # Notes, figures calculated from readings, and all that is not used
-
-    @property
-    def is_quantity(self) -> bool:
-        return self.value in WORDS["quantities"]
-
-    def units_in(self, words: Container[str]) -> list[str]:
-        """Return the units of this quantity for which ``words`` has a word."""
-        units = WORDS["quantities"][self.value]["units"].items()
-        return [unit for unit, names in units if any(name in words for name in names.split())]
-
-    def limits_in(self, unit: str) -> tuple[float, float]:
-        """Return the smallest and largest value of this quantity in a unit. For "" all its units count."""
-        limits = WORDS["quantities"][self.value]["limits"].items()
-        ends = [end for each, ends in limits if unit in ("", each) for end in ends]
-        return min(ends), max(ends)
-
-
-QUANTITIES = tuple(map(Role, WORDS["quantities"]))
 
 
 @dataclass(frozen=True)
@@ -123,11 +92,8 @@ class Name(NamedTuple):
 def parsed(name: str) -> Name:
     plain = plain_letters(name[: LONGEST_NAME + 1])
     is_sound = len(plain) <= LONGEST_NAME and not any(unicodedata.category(letter) == "No" for letter in name)
-    plain = ORDINAL.sub(r"\1 ", ELIDED.sub("", HYPHEN.sub(" ", plain).replace("n\u00b0", "n ")))
+    plain = ELIDED.sub("", HYPHEN.sub(" ", plain))
     units = set[str]()
-    if (dial := DIAL_UNIT.search(plain)) is not None:
-        units.add("1/10 mm" if "10" in dial.groups() else "1/100 mm")
-        plain = DIAL_UNIT.sub(" ", plain)
     is_sound = is_sound and FACTOR.search(plain) is None
     if INCH.search(plain) is None:
         plain = UNIT_BEHIND_SLASH.sub(" ", plain)
@@ -145,8 +111,6 @@ def meaning(name: str) -> Meaning | None:
     text, unit, is_sound = in_parts = parsed(name)
     parts = WORD.findall(text)
     numbers, words = [part for part in parts if part.isdigit()], {part for part in parts if not part.isdigit()}
-    if unit is None and (quantity_meaning := _quantity_meaning(text)) is not None:
-        return quantity_meaning
     if words & SAMPLE and words <= OF_SAMPLE and not (unit or numbers):
         return Meaning(Role.SAMPLE) if is_sound else None
     if words & OTHER or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
@@ -168,24 +132,6 @@ def meaning(name: str) -> Meaning | None:
     bare = quantity is None and unit is None and not numbers
     counts = bare and (words & COUNTER or not words & VALUE)
     return Meaning(Role.REPEAT if counts else Role.READING, unit, quantity, next(iter(numbers), None))
-
-
-def _quantity_meaning(text: str) -> Meaning | None:
-    """Return the meaning of a name in plain letters that has a word of another quantity. Returns None for another name.
-
-    With further words the column is not used, unless it may be a reading: "depth LH" and "depth RH" may be two sides.
-    """
-    words = {*WORD_OR_MARK.findall(text)}
-    for role in QUANTITIES:
-        entry = WORDS["quantities"][role.value]
-        if words.isdisjoint(entry["words"].split()):
-            continue
-        units, names = role.units_in(words), [entry["words"], entry.get("beside", ""), *entry["units"].values()]
-        if len(units) < 2 and words.issubset(" ".join(names).split()):
-            # The single unit of a quantity need not be written.
-            return Meaning(role, "".join(units or (entry["units"] if len(entry["units"]) == 1 else ())))
-        return None if not units and words & (STATION | READING) else Meaning(Role.OTHER)
-    return None
 
 
 def unit_of(text: str) -> str | None:

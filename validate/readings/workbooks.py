@@ -1,22 +1,19 @@
-"""Read the worksheets of an XLSX, or of an OpenDocument spreadsheet (ODS) as LibreOffice saves it.
+"""Read the worksheets of an XLSX.
 
 From openpyxl, only the parser of a single worksheet is used, in one pass. Opening a whole workbook with openpyxl would
 fill merged ranges and links with cells, lose which cells are formulas, and turn numbers with the format "Standard" into
-dates. In an ODS, repeated rows and cells are expanded only up to the size limit of a sheet of readings, and defusedxml
-refuses entities.
+dates. defusedxml refuses entities.
 """
 
 import io
 import math
 import re
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import date
-from functools import cache
-from itertools import chain, islice, repeat
+from itertools import chain
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element
 
 import openpyxl
 from defusedxml.ElementTree import fromstring
@@ -28,37 +25,18 @@ from openpyxl.utils.escape import unescape
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.xml.constants import COMMENTS_NS
 
-from validate.readings.grid import BLANK, FORMULA, MAX_COLUMNS, MAX_ROWS, Cell, Grid, Kind, quoted
+from validate.readings.grid import MAX_COLUMNS, Cell, Grid, Kind, quoted
 
 LEFT_TO_OTHERS = b'fullCalcOnLoad="1"'  # Mark of a program that does not calculate formulas. Excel removes it.
-HIDDEN_XLSX = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # Attributes of hidden cells
+HIDDEN = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # Attributes of hidden cells
 NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
 """A letter that no date format contains. Words for "General" in other languages contain one, for example "Standard"."""
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
 """Text that a format shows behind a number, either quoted or letter by letter."""
-PLAIN_XLSX = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
+PLAIN = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
 """Colours that are black, white or automatic, with their tint."""
 FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, position or field of a page header, such as &P
-MIMETYPE = b"application/vnd.oasis.opendocument.spreadsheet"
-PARTS = ("styles.xml", "content.xml")
-OFFICE, TABLE, TEXT, STYLE, LOOK = (
-    f"{{urn:oasis:names:tc:opendocument:xmlns:{name}:1.0}}"
-    for name in ("office", "table", "text", "style", "xsl-fo-compatible")
-)
-STYLE_NAME, USUAL_STYLE, VISIBILITY, FORMULA_KEY = (
-    f"{TABLE}{name}" for name in ("style-name", "default-cell-style-name", "visibility", "formula")
-)
-HIDDEN_ODS = ("collapse", "filter")
-NUMBERS = ("float", "percentage", "currency")
-OTHER_KINDS: dict[str | None, Kind] = {"date": "date", "time": "date", "boolean": "truth"}
-COLOURS = (f"{LOOK}background-color", f"{LOOK}color")
-PLAIN_ODS = ("", "transparent", "#000000", "#ffffff")  # Colours that are not a mark
-ERROR = re.compile(r"#.*[^\W\d_].*|(?:err|fehler|erreur|error)\s?:\s?[0-9]+", re.IGNORECASE)
-"""Text of an error, such as #DIV/0!, #WERT! or Err:503. The text ### is different: a number in a too narrow column."""
-BEHIND = re.compile(r"[-+]?[0-9][0-9.,' \u00a0\u202f]*(\D+)")
-"""A displayed number, and the text that its format adds behind it."""
-Look = Callable[[str | None], Mapping[str, str]]
 
 
 class _CellParser(WorkSheetParser):
@@ -109,7 +87,7 @@ def _look(style: Any, code: str, book: Any) -> Cell:
     unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
     colours = font.color, fill.fill_type and getattr(fill, "fgColor", None)
     names = [f"{each.type} {each.value} {each.tint}" for each in colours if each is not None]
-    colours = " ".join(name for name in names if not PLAIN_XLSX.match(name))
+    colours = " ".join(name for name in names if not PLAIN.match(name))
     return Cell("", unit=unit, is_struck=bool(font.strike), colours=colours)
 
 
@@ -127,9 +105,9 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
                 is_formula=each["formula"],
                 is_struck=look.is_struck or any(block.font.strike for block in blocks),
             )
-    sheet.hidden_rows.update(int(row) for row, each in parser.row_dimensions.items() if HIDDEN_XLSX & each.items())
+    sheet.hidden_rows.update(int(row) for row, each in parser.row_dimensions.items() if HIDDEN & each.items())
     for each in parser.column_dimensions.values():
-        if HIDDEN_XLSX & each.items():
+        if HIDDEN & each.items():
             sheet.hidden_columns.update(range(int(each["min"]) - 1, min(int(each["max"]), MAX_COLUMNS)))
     page = getattr(parser, "HeaderFooter", None)
     for name in page.__elements__ if page else ():
@@ -150,92 +128,3 @@ def _content(value: Any, data_type: str) -> tuple[str, Kind]:
     if isinstance(value, date):
         return f"{value:%Y-%m-%d %H:%M}".removesuffix(" 00:00"), "date"
     return unescape(f"{value}").strip(), "date" if data_type == "d" else "text"
-
-
-def read_ods(path: Path, archive: zipfile.ZipFile) -> Iterator[Grid]:
-    """Yield all worksheets of an ODS. A damaged file raises errors of any class."""
-    roots = [fromstring(archive.read(part)) for part in PARTS if part in archive.namelist()]
-    styles = {style.get(f"{STYLE}name"): style for root in roots for style in root.iter(f"{STYLE}style")}
-
-    @cache
-    def look(name: str | None) -> Mapping[str, str]:
-        """Return the properties of a style, including inherited ones."""
-        if (style := styles.get(name)) is None:
-            return {}
-        properties = [look(style.get(f"{STYLE}parent-style-name")), *(part.attrib for part in style)]
-        return {key: value for each in properties for key, value in each.items()}
-
-    for table in roots[-1].findall(f"{OFFICE}body/{OFFICE}spreadsheet/{TABLE}table"):
-        yield _ods_sheet(path, table, look)
-
-
-def _ods_sheet(path: Path, table: Element, look: Look) -> Grid:
-    name, is_hidden = table.get(f"{TABLE}name", ""), look(table.get(STYLE_NAME)).get(f"{TABLE}display") == "false"
-    sheet = Grid(path, ("ODS", f"sheet {quoted(name)}"), sheet=name, is_hidden=is_hidden)
-    repeated = (repeat(each, _count(each, "columns")) for each in _below(table, "table-column"))
-    columns = [*islice(chain.from_iterable(repeated), MAX_COLUMNS + 1)]
-    sheet.hidden_columns.update(number for number, each in enumerate(columns) if each.get(VISIBILITY) in HIDDEN_ODS)
-    usual = dict(enumerate(each.get(USUAL_STYLE) for each in columns))
-    number = 1
-    for row in _below(table, "table-row"):
-        cells, column = dict[int, Cell](), 0
-        for cell in row.iterfind(f"{TABLE}*"):
-            after = column + _count(cell, "columns")
-            if (value := _ods_value(cell)) != BLANK:
-                marked = _marked(value, cell, look, cell.get(STYLE_NAME) or row.get(USUAL_STYLE) or usual.get(column))
-                # One column too many is enough for a refusal.
-                cells |= dict.fromkeys(range(column, min(after, MAX_COLUMNS + 1)), marked)
-            if (note := cell.find(f"{OFFICE}annotation")) is not None:
-                sheet.comments.append((number, column, _text(note)))
-            column = after
-        after = number + _count(row, "rows")
-        if cells:
-            rows = range(number, min(after, number + MAX_ROWS + 1 - len(sheet.rows)))
-            sheet.rows.update(dict.fromkeys(rows, cells))
-            sheet.hidden_rows.update(rows if row.get(VISIBILITY) in HIDDEN_ODS else ())
-        number = after
-    sheet.drop_zeros()
-    return sheet
-
-
-def _marked(value: Cell, cell: Element, look: Look, style: str | None) -> Cell:
-    """Return a cell with the marks of its styles."""
-    looks = [look(style), *(look(span.get(f"{TEXT}style-name")) for span in cell.iter(f"{TEXT}span"))]
-    return value._replace(
-        is_formula=cell.get(FORMULA_KEY) is not None,
-        is_struck=any(each.get(f"{STYLE}text-line-through-style", "none") != "none" for each in looks),
-        colours=" ".join(colour for key in COLOURS if (colour := looks[0].get(key, "").lower()) not in PLAIN_ODS),
-    )
-
-
-def _below(element: Element, tag: str) -> Iterator[Element]:
-    """Yield the rows or columns of a table, including grouped ones. Tables within its cells are left out."""
-    for each in element:
-        if each.tag == f"{TABLE}{tag}":
-            yield each
-        elif each.tag != f"{TABLE}table-row":
-            yield from _below(each, tag)
-
-
-def _count(element: Element, what: str) -> int:
-    return max(1, int(element.get(f"{TABLE}number-{what}-repeated", "1")[:9]))
-
-
-def _ods_value(cell: Element) -> Cell:
-    kind, text, is_formula = cell.get(f"{OFFICE}value-type"), _text(cell), cell.get(FORMULA_KEY) is not None
-    # Excel, and OpenOffice up to 3, save an error as the number 0 with its text.
-    if (kind in NUMBERS or is_formula) and ERROR.fullmatch(text):
-        return Cell(text, "error")
-    if kind in NUMBERS:
-        value, behind = float(cell.get(f"{OFFICE}value", "nan")), BEHIND.fullmatch(text)
-        unit = "%" if kind == "percentage" else "" if behind is None else behind[1].strip()
-        return Cell(f"{value:.15g}", "number" if math.isfinite(value) else "error", unit)
-    if kind in OTHER_KINDS:
-        return Cell(text or f"{kind}", OTHER_KINDS[kind])
-    if kind is None and is_formula:
-        return FORMULA
-    return Cell(text or cell.get(f"{OFFICE}string-value", "").strip())
-
-
-def _text(element: Element) -> str:
-    return "\n".join("".join(line.itertext()) for line in element.findall(f"{TEXT}p")).strip()

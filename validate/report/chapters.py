@@ -22,12 +22,7 @@ from sealtwin.core.records import Outline
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.run_folder import versions
 from validate.figures.first_figure import FirstFigure
-from validate.figures.levels import (
-    draw_distribution,
-    draw_histogram,
-    draw_uncertainty,
-    draw_weighed_fill,
-)
+from validate.figures.levels import draw_uncertainty, draw_weighed_fill
 from validate.figures.snapshots import FillScene, draw_fill
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
@@ -182,15 +177,12 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
 
 
 def _error_items(evidence: Evidence) -> Iterator[Item]:
-    profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
-    if readings is None or comparison is None:
+    comparison = evidence.comparison
+    if comparison is None or (uncertainty := comparison.uncertainty) is None:
         return
-    yield Plate(sentence("figure_histogram"), lambda: draw_histogram(comparison))
-    yield Plate(sentence("figure_distribution"), lambda: draw_distribution(profile, readings, comparison))
-    if (uncertainty := comparison.uncertainty) is not None:
-        if text := stretches_off(uncertainty.stations):
-            yield Paragraph((text,))
-        yield Plate(sentence("figure_stations", m=comparison), lambda: draw_uncertainty(uncertainty.stations))
+    if text := stretches_off(uncertainty.stations):
+        yield Paragraph((text,))
+    yield Plate(sentence("figure_stations", m=comparison), lambda: draw_uncertainty(uncertainty.stations))
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:

@@ -65,7 +65,6 @@ def _notes(evidence: Evidence) -> tuple[tuple[str, str], ...]:
     paste = evidence.run.settings["fluid"].get("material") or {}
     better = evidence.comparison is None and evidence.can_be_planned
     notes = [
-        ("Conditions:", sentence("conditions", m=evidence.comparison) if evidence.comparison else ""),
         ("Walls:", walls(evidence)),
         ("Freezing:", freezing(evidence)),
         *(("Paste:", doubt) for doubt in paste.get("doubts", ())),

@@ -150,7 +150,6 @@ def _included(uncertainty: ErrorUncertainty) -> Facts:
     draws = uncertainty.input_draws
     return (
         *of_keys(uncertainty.findings, MEAN_LEVEL),
-        *uncertainty.unused,
         *uncertainty.budget.notes,
         *(() if uncertainty.budget.scatter_known else (doubted("uncertainty.scatter"),)),
         *(() if draws is None else (stated("uncertainty.draws", draws.runs),)),

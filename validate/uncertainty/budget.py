@@ -89,7 +89,6 @@ class Budget:
     such an error."""
     scatter_known: bool = True
     notes: Facts = ()  # Features of the readings
-    unused: Facts = ()  # Declared errors that the readings contradict. No interval includes them.
     steps_mm: float = 0.0
     """Change of the mean error, up or down, due to steps of the sealant's level between few stations. It is not an
     error of a level."""

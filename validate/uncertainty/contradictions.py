@@ -3,17 +3,13 @@
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, Profile
-from validate.sentences import doubted
 from validate.settings import PASS_MM, Readings, Uncertainty
 from validate.uncertainty.budget import Component, Source, chi_squared, draws_for, normals, uniforms
 
 FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of a pass, few so that repeats may exceed it
 FALSE_ALARM = 0.01  # Probability that a true declaration is refused
-ORDERS = 2_000  # Number of random orders of each station's repeats. They give a fraction of 0.3 % to 0.12 %.
-NUMBERS = 1_000_000  # Number of readings that are permuted at a time
-WAYS = ("{off} off the mean of all", "tilted by {off} (rms along the crack)", "bent by {off} (rms along the crack)")
+ROUNDING_MM2 = 1e-12  # Square of a difference due to the rounding of binary fractions
 
 
 def repeats_of(measured: Profile) -> tuple[Floats, Floats]:
@@ -85,59 +81,37 @@ def passes_error(
     return Component("passes or operators", source, total_mm, shared=True, setting="uncertainty.pass_mm")
 
 
-def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: str) -> None:
+def _require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: str) -> None:
     """Raise InputError if the columns of repeats differ more than the declared ``pass_mm`` allows.
 
-    ``residual_mm`` are the repeats minus the mean of their station, (n, r). Random sheets are made that agree with the
-    declaration: repeats are shuffled within each station (a permutation test), and each pass gets a random offset, tilt
-    and bend. The declaration is refused if at most ``FALSE_ALARM`` of these sheets have differences as large as the
-    readings. This rate is divided among offset, tilt and bend. Small differences are accepted, because a pass need not
-    have all three.
+    ``residual_mm`` are the repeats minus the mean of their station, (n, r). The variance of the columns' offsets, tilts
+    and bends is compared with that of the passes and of the scatter (F test). ``FALSE_ALARM`` is divided among the
+    three. Small differences are accepted, because a pass need not have all three.
     """
-    shapes, read = shapes_of_passes(s_mm), ~np.isnan(residual_mm)
-    (stations, passes), count = residual_mm.shape, shapes.shape[1]
-    if passes < 2 or read.sum(axis=1).max() < 2:
-        return
-    # A column's coefficients are a sum over its readings, whatever their order.
-    weight = np.zeros((passes, count, stations))
-    for number in range(passes):
-        weight[number][:, read[:, number]] = np.linalg.pinv(shapes[read[:, number]])
+    from scipy.special import fdtrc
 
-    def of_columns(values_mm: Floats) -> Floats:
-        each_mm = np.einsum("ckn,...nc->...kc", weight, np.nan_to_num(values_mm))
-        return each_mm - each_mm.mean(axis=-1, keepdims=True)
-
-    random = np.random.default_rng(stations)
-    # Existing readings first, missing ones last.
-    places = np.argsort(~read, axis=1, kind="stable")
-    columns_mm, draws = of_columns(residual_mm), list[Floats]()
-    for _ in range(0, ORDERS, step := max(1, min(ORDERS, NUMBERS // residual_mm.size))):
-        keys = np.where(read, random.random((step, stations, passes)), np.inf)
-        taken = np.take_along_axis(residual_mm[None], np.argsort(keys, axis=-1), axis=-1)
-        again = np.empty_like(taken)
-        np.put_along_axis(again, np.broadcast_to(places, taken.shape), taken, axis=-1)
-        own_mm = pass_mm * random.standard_normal((step, count, passes))
-        draws.append(of_columns(again) + own_mm - own_mm.mean(axis=-1, keepdims=True))
-    drawn = np.concatenate(draws)
-    squares, expected = (columns_mm**2).sum(axis=1), (drawn**2).sum(axis=2)
-    more = (1 + (expected >= squares - 1e-12).sum(axis=0)) / (1 + len(drawn))
-    if more.min() > FALSE_ALARM / count:
+    squares_mm2, freedom = _scatter(residual_mm, s_mm, None)
+    passes = residual_mm.shape[1]
+    if passes < 2 or freedom <= 0:
         return
-    shape = int(more.argmin())
-    column = int(np.abs(columns_mm[shape]).argmax())
-    # Upward at the crack's end: the signs of the shapes by QR are arbitrary.
-    off_mm = columns_mm[shape, column] * np.sign(shapes[-1, shape])
-    off = f"{off_mm:+.2f} ± {1.96 * drawn[:, shape, column].std():.2f} mm"
+    *_, per_pass = without_passes(residual_mm, s_mm, None)
+    noise_mm2 = squares_mm2 / freedom / (~np.isnan(residual_mm)).sum(axis=0).mean()
+    variance_mm2 = pass_mm**2 + noise_mm2 + ROUNDING_MM2
+    chance = fdtrc(passes - 1, freedom, (per_pass**2).sum(axis=1) / (passes - 1) / variance_mm2)
+    if chance.min() > FALSE_ALARM / len(chance):
+        return
+    repeat = int(np.abs(per_pass[chance.argmin()]).argmax())
+    off_mm = np.sqrt((per_pass[:, repeat] ** 2).sum())
     raise InputError(
-        f"{source}: the repeats contradict uncertainty.pass_mm = {pass_mm:g}: repeat {column + 1} is "
-        f"{WAYS[shape].format(off=off)} (95 % range by chance), more than in 99 of 100 sheets with this pass_mm. "
-        "Remove pass_mm, or set it to the standard deviation of the passes."
+        f"{source}: the repeats contradict uncertainty.pass_mm = {pass_mm:g}: repeat {repeat + 1} is {off_mm:.2f} mm "
+        "off the mean of all (rms along the crack), more than in 99 of 100 sheets with this pass_mm. Remove pass_mm, "
+        "or set it to the standard deviation of the passes."
     )
 
 
 RESOLUTION_LIMIT = 1.2
-"""Resolution, in standard deviations, above which rounding hides the scatter and is modelled explicitly. Below it,
-rounding counts as an independent error (Sheppard)."""
+"""Resolution, in standard deviations, above which rounding hides the scatter, and repeats share the error of rounding.
+Below it, rounding counts as an independent error (Sheppard)."""
 WRITTEN_MM = 0.006  # Distance from a multiple of an inch's fraction that is written in hundredths of a millimetre
 ODD_SHARE = 0.05  # Fraction of readings that need not be multiples of the last digit, such as between two marks
 
@@ -151,10 +125,10 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
     source, (repeats_mm, residual_mm) = measured.source or "readings", repeats_of(measured)
     _require_resolution(repeats_mm, settings.resolution_mm, source)
     if declared.pass_mm is not None:
-        require_pass_mm(residual_mm, measured.s_mm, declared.pass_mm, source)
+        _require_pass_mm(residual_mm, measured.s_mm, declared.pass_mm, source)
     if (declared_mm := declared.repeatability_mm) is not None:
         if (~np.isnan(repeats_mm)).sum(axis=1).max() > 1:
-            squares_mm2, freedom = _scatter(residual_mm, measured.s_mm, declared)
+            squares_mm2, freedom = _scatter(residual_mm, measured.s_mm, declared.pass_mm)
             variance_mm2 = declared_mm**2 + settings.resolution_mm**2 / 12
             if squares_mm2 > variance_mm2 * chi_squared(1 - FALSE_ALARM, freedom):
                 raise InputError(
@@ -187,26 +161,9 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
         )
 
 
-def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> Facts:
-    """Return a doubt about a declared repeatability that exceeds the scatter of the repeats.
-
-    With repeats, no interval uses a declared repeatability. The test is the one in ``refuse_contradicted``, at the
-    other end of the distribution. It is skipped if the last digit hides the scatter.
-    """
-    declared_mm = declared.repeatability_mm
-    if declared_mm is None or measured.repeats_mm is None or resolution_mm > RESOLUTION_LIMIT * declared_mm:
-        return ()
-    squares_mm2, freedom = _scatter(repeats_of(measured)[1], measured.s_mm, declared)
-    variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
-    if freedom <= 0 or squares_mm2 >= variance_mm2 * chi_squared(FALSE_ALARM, freedom):
-        return ()
-    parts = {"scatter_mm": np.sqrt(squares_mm2 / freedom), "freedom": freedom}
-    return (doubted("readings.repeatability-unused", declared_mm, "mm", **parts),)
-
-
-def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[float, float]:
+def _scatter(residual_mm: Floats, s_mm: Floats, pass_mm: float | None) -> tuple[float, float]:
     """Return the repeats' sum of squares about their stations' means, without passes, and degrees of freedom."""
-    own_mm, shapes, _ = without_passes(residual_mm, s_mm, declared.pass_mm)
+    own_mm, shapes, _ = without_passes(residual_mm, s_mm, pass_mm)
     freedom = ((~np.isnan(residual_mm)).sum(axis=1) - 1).sum() * (1 - shapes.shape[1] / len(s_mm))
     return float(np.nansum(own_mm**2)), float(freedom)
 

@@ -25,7 +25,6 @@ from validate.uncertainty.contradictions import (
     passes_error,
     refuse_contradicted,
     repeats_of,
-    unused_repeatability,
     without_passes,
 )
 from validate.uncertainty.meniscus import Mouth
@@ -63,7 +62,6 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     origin: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
     own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
     far, robust_mm = _far(own_mm, count, resolution_mm)
-    unused = unused_repeatability(measured, declared, resolution_mm)
     notes = list[Fact]()
     if places := s_mm[far.any(axis=1)].tolist():
         parts = {"places": places, "outlier": OUTLIER, "robust_mm": robust_mm}
@@ -80,22 +78,20 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     if freedom.sum():
         pooled_mm = float(np.sqrt(squares_mm2.sum() / freedom.sum()))
     last_digit = f"last digit, {resolution_mm:g} mm"
-    if has_scatter and resolution_mm > RESOLUTION_LIMIT * pooled_mm and count.max() > 1:
-        draws_mm = rounded_errors_mm(np.where(alone, np.nan, repeats_mm), resolution_mm, draws) - middle_mm
-        components.append(Component(f"scatter and {last_digit}", origin, draws_mm))
-    else:
-        if freedom.sum():
-            rounded_mm2 = squares_mm2 + freedom * resolution_mm**2 / 12
-            sets_mm = possible_scatter_mm(rounded_mm2, freedom, draws) / np.sqrt(count)
-            draws_mm = sets_mm * normals("scatter", stations, draws) - middle_mm
-            components.append(Component("scatter of the repeats", "repeats", draws_mm))
-        elif has_scatter:
-            draws_mm = pooled_mm * normals("scatter", stations, draws)
-            components.append(
-                Component("scatter of the readings", "declared", draws_mm, setting="uncertainty.repeatability_mm")
-            )
-        rounding_mm = resolution_mm * (uniforms("digit", stations, draws) - 0.5) / np.sqrt(count)
-        components.append(Component(last_digit, origin, rounding_mm, setting="readings.resolution_mm"))
+    if freedom.sum():
+        rounded_mm2 = squares_mm2 + freedom * resolution_mm**2 / 12
+        sets_mm = possible_scatter_mm(rounded_mm2, freedom, draws) / np.sqrt(count)
+        draws_mm = sets_mm * normals("scatter", stations, draws) - middle_mm
+        components.append(Component("scatter of the repeats", "repeats", draws_mm))
+    elif has_scatter:
+        draws_mm = pooled_mm * normals("scatter", stations, draws)
+        components.append(
+            Component("scatter of the readings", "declared", draws_mm, setting="uncertainty.repeatability_mm")
+        )
+    # Repeats that round to the same number have the same error of rounding.
+    independent = 1.0 if resolution_mm > RESOLUTION_LIMIT * pooled_mm else count
+    rounding_mm = resolution_mm * (uniforms("digit", stations, draws) - 0.5) / np.sqrt(independent)
+    components.append(Component(last_digit, origin, rounding_mm, setting="readings.resolution_mm"))
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
         components.append(passes_error(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
@@ -120,7 +116,6 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         missing=missing,
         scatter_known=has_scatter,
         notes=tuple(notes),
-        unused=unused,
         steps_mm=steps_mm,
     )
 
@@ -348,37 +343,3 @@ def _freedoms_behind() -> Floats:
             for spread in SPREADS
         ]
     )
-
-
-STEPS = 121  # Number of positions of a station's true level within the range of its rounded readings
-SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a reading, in steps, from hidden to visible
-
-
-def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int) -> Floats:
-    """Draw the error of each station's mean, (draws, n), for readings in steps that hide the scatter.
-
-    The likelihood of a reading is the part of a normal distribution that rounds to it. The scatter is the same at all
-    stations, with a prior that is uniform in its logarithm. The true level may be anywhere near the readings.
-    """
-    from scipy.special import ndtr
-
-    middle_mm = np.nanmean(repeats_mm, axis=1, keepdims=True)
-    off = (repeats_mm - middle_mm) / step_mm
-    reach = 0.5 + np.nanmax(np.abs(off), axis=1, keepdims=True) + 2 * SPREADS_OF_STEP.max()
-    # The mean's error at (stations, 1, places); readings at (stations, 1, places, repeats).
-    error = reach * np.linspace(-1, 1, STEPS)
-    away = (off[:, None, None, :] + error[:, None, :, None]) / SPREADS_OF_STEP[:, None, None]
-    half = 0.5 / SPREADS_OF_STEP[:, None, None]
-    likelihood = np.where(np.isnan(away), 1.0, ndtr(away + half) - ndtr(away - half))
-    chance = likelihood.prod(axis=-1)
-    by_spread = np.log(chance.sum(axis=-1) * reach + 1e-300).sum(axis=0)
-    share = np.cumsum(np.exp(by_spread - by_spread.max()))
-    which = np.searchsorted(share / share[-1], uniforms("spread of rounded", 1, draws)[:, 0])
-    below = (np.cumsum(chance, axis=-1) - chance / 2) / np.maximum(chance.sum(axis=-1, keepdims=True), 1e-300)
-    where = uniforms("rounded", len(repeats_mm), draws)
-    drawn = np.empty((draws, len(repeats_mm)))
-    for spread in np.unique(which):
-        rows = which == spread
-        for station in range(len(repeats_mm)):
-            drawn[rows, station] = np.interp(where[rows, station], below[station, spread], error[station])
-    return drawn * step_mm

@@ -13,6 +13,7 @@ from ezdxf import units
 import sealtwin as st
 from digitise.drawing.read_dxf import sample_stl
 from sealtwin.api import studies
+from tests.support.photos import mortar, with_crack, write_png
 from tests.support.processes import commands
 from tests.support.tiny_study import plannable_lab
 
@@ -29,7 +30,8 @@ BEFORE = {"fill_fast": FILLED[:1], "compare": COMPARED[:-1], "plot_levels": COMP
 """Examples that run before another example, which uses their variables."""
 TRIAL = """
 name = "drawn"
-mesh = {file = "crack.stl", units = "mm", data = "synthetic"}
+photo = {file = "wide.png", mm_per_px = 0.1, ends_px = [[50, 61], [650, 58]], data = "synthetic"}
+crack = {depth_mm = 10, tilt = "vertical"}
 path = {speed_mm_s = 5, volume_ml = 1.3}
 fluid = {viscosity_pa_s = 1, yield_stress_pa = 5, freeze_after_s = "never"}
 solver = {model = "slot", radius_mm = "auto", settle_s = 2}
@@ -46,6 +48,7 @@ def lab(tmp_path_factory) -> Path:
     drawing = ezdxf.filemanagement.new(units=units.MM)
     drawing.modelspace().add_lwpolyline([(0, 20), (60, 20)], dxfattribs={"layer": "MIDDLE"})
     drawing.saveas(folder / "crack.dxf")
+    write_png(folder / "wide.png", with_crack(mortar((700, 120)), [(50, 61), (350, 64), (650, 58)], 30))
     (folder / "levels.csv").write_text("s_mm,level_1_mm\n10,-2.2\n20,-2\n30,-2.1\n40,-2\n50,-2.3\n")
     (folder / "trial.toml").write_text(TRIAL)
     return folder

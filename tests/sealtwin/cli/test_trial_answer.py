@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from sealtwin.cli.trial_answer import result_lines
-from sealtwin.core.errors import present
 from sealtwin.core.facts import doubt
 from sealtwin.core.records import Profile
 from sealtwin.core.solid_figures import WeighedCavity
@@ -90,12 +89,6 @@ def few(evidence: Evidence) -> Evidence:
     return replace(evidence, readings=Profile(s_mm, slope(s_mm), data="measured"))
 
 
-def contradicted(comparison: Comparison) -> Comparison:
-    unused = (doubt("readings.repeatability-unused", "Not used."),)
-    uncertainty = present(comparison.uncertainty, "uncertainty").model_copy(update={"unused": unused})
-    return comparison.model_copy(update={"uncertainty": uncertainty})
-
-
 PREDICTED = PredictedLevel.model_construct(
     mean_level_mm=-5.0, mean_level_95_mm=(-6.0, -4.0), band_95_mm=np.array([1.0, 2.0, 9.0])
 )
@@ -114,7 +107,6 @@ COMPARED = {
         ["Result   No verdict: the readings cover", "Held out", "Gate     1.6 mm: undecided"]),
     "edited": (lambda e: compared(replace(e, edited=("profile.csv",))),
         ["Result   Files were edited by hand after the run (profile.csv)", "Gate     1.6 mm: undecided"]),
-    "contradicted declaration": (lambda e: contradicted(compared(e)), ["Not used."]),
     "escaped": (lambda e: compared(replace(e, run=replace(e.run, escaped_particles=2))),
         ["Result   Do not use this run: 2 particles", "Gate     1.6 mm: failed"]),
 }

@@ -13,7 +13,7 @@ from sealtwin.study.perturbed_inputs import Base
 from sealtwin.study.pipeline import run_stages, run_trial
 from sealtwin.study.uncertainty_runs import _variants
 from sealtwin.trial.trial_file import load_trial
-from simulate.material_curve import CoolingCurve, MaterialCurve
+from simulate.material_curve import MaterialCurve
 from simulate.material_file import Material
 from tests.support.ingested_lab import edit
 from tests.support.report_stubs import leave_out_figures
@@ -22,7 +22,7 @@ from tests.support.tiny_study import job_in, tiny_lab
 QUIET = Progress()
 STAGES = ("digitise", "simulate")
 CURING = "age_s,viscosity_pa_s,yield_stress_pa\n0,0.05,0\n0.2,5,20\n"
-HOT = "temperature_c,viscosity_pa_s\n100,50\n200,0.05\n"
+THINNING = "age_s,viscosity_pa_s\n0,50\n0.5,0.05\n"
 MEASURED = """\
 method = "by hand"
 date = "2026-11-21"
@@ -36,7 +36,6 @@ density_kg_m3 = 1690.0
 density_error_kg_m3 = 10.0
 not_for = ["anything"]
 """
-COOLING = "age_s,temperature_c\n0,190\n0.5,120\n"
 
 
 def lab_with(folder: Path, fluid: str, varies: str | None = None) -> Path:
@@ -47,7 +46,7 @@ def lab_with(folder: Path, fluid: str, varies: str | None = None) -> Path:
     head, rest = text.split("[fluid]\n")
     rest = rest[rest.index("[solver]") :]
     trial.write_text(f"{head}[fluid]\n{fluid}\n{rest}\n[output]\nsnapshots_s = []\n", encoding="utf-8")
-    for name, table in (("curing.csv", CURING), ("hot.csv", HOT), ("cooling.csv", COOLING)):
+    for name, table in (("curing.csv", CURING), ("thinning.csv", THINNING)):
         (folder / name).write_text(table, encoding="utf-8")
     return trial
 
@@ -72,9 +71,9 @@ def test_a_run_is_repeated_only_if_the_content_of_its_material_table_changes(tmp
     assert run(trial, out) == ("simulate",)
 
 
-def test_extra_runs_move_the_viscosity_table_and_keep_the_cooling_table(tmp_path):
+def test_extra_runs_move_the_viscosity_table(tmp_path):
     """Every viscosity is scaled, and every yield stress is shifted by the same step."""
-    fluid = 'curve = "hot.csv"\ncooling = "cooling.csv"\nfreeze_after_s = "never"'
+    fluid = 'curve = "thinning.csv"\nfreeze_after_s = "never"'
     trial, out = lab_with(tmp_path, fluid), tmp_path / "out"
     text = trial.read_text(encoding="utf-8").replace("radius_mm = 0.45", "radius_mm = 0.36")
     declared = "\n[uncertainty]\nviscosity_percent = 10.0\nyield_stress_pa = 2.0\n"
@@ -82,16 +81,14 @@ def test_extra_runs_move_the_viscosity_table_and_keep_the_cooling_table(tmp_path
     run(trial, out)
     with job_in(out) as job:
         variants = _variants(Base.of(job), designed=True)
-    curves = [(moved, each.fluid.curve, each.fluid.cooling) for moved, each, _ in variants if each.fluid is not None]
+    curves = [(moved, each.fluid.curve) for moved, each, _ in variants if each.fluid is not None]
     assert len(curves) > 3
-    for moved, curve, cooling in curves:
+    for moved, curve in curves:
         assert isinstance(curve, MaterialCurve)
-        assert isinstance(cooling, CoolingCurve)
         grown = 1 + moved.get("viscosity_percent", 0.0) / 100
         assert curve.viscosity_pa_s == pytest.approx((50 * grown, 0.05 * grown))
         step_pa = moved.get("yield_stress_pa")
         assert curve.yield_stress_pa == (None if step_pa is None else (max(0.0, step_pa),) * 2)
-        assert cooling.temperature_c == (190.0, 120.0)
 
 
 def test_a_run_takes_values_and_uncertainties_of_a_material_file(tmp_path, monkeypatch):

@@ -1,6 +1,5 @@
 """Files of a run folder during its run, complete at any moment and after a kill."""
 
-import json
 import shutil
 from pathlib import Path
 
@@ -10,7 +9,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.run_folder import MANIFEST
 from simulate.injection import Injection
 from simulate.settings import Fluid
-from simulate.watchers import FrameFiles, ProgressFile, StillThere
+from simulate.watchers import FrameFiles, StillThere
 from tests.support.small_fluids import injected, path, slot
 from tests.support.vtk_reader import read_polydata, read_pvd
 
@@ -60,34 +59,13 @@ def test_the_frame_collection_is_complete_after_every_frame_and_a_kill(tmp_path)
     assert listed(folder) == before_kill
 
 
-def test_progress_json_has_the_progress_of_a_running_simulation(tmp_path, monkeypatch):
-    monkeypatch.setattr("simulate.watchers.PROGRESS_EVERY_S", 0.0)
-    file, run = tmp_path / "progress.json", injection()
-    with ProgressFile(file) as progress:
-        progress.begin(run)
-        frames = run.frames // 2
-        for _ in range(frames):
-            run.advance()
-            progress.after_frame(run)
-        now = json.loads(file.read_text())
-    expected = {"state": "running", "stage": "simulate", "frame": frames, "frames": run.frames, "particles": run.out}
-    assert now | expected == now
-    assert now["particles"] > 0
-    assert now["percent"] == pytest.approx(100 * frames / run.frames, abs=0.1)
-    assert now["t_s"] == pytest.approx(run.t_s, abs=1e-4)
-    assert now["eta_s"] >= 0
-    # A bed that comes to rest ends a run before its last frame, and then the run is done.
-    assert json.loads(file.read_text())["percent"] == 100.0
-
-
 def test_a_run_folder_removed_during_its_run_is_not_created_again(tmp_path):
     folder, run = tmp_path / "run", injection()
     folder.mkdir()
     (folder / MANIFEST).write_text("{}")
-    still_there, progress_file = StillThere(folder), ProgressFile(folder / "progress.json")
-    with pytest.raises(InputError, match="was removed during the fluid run"), progress_file:  # noqa: PT012
-        for watcher in (still_there, progress_file):
-            watcher.begin(run)
+    still_there = StillThere(folder)
+    with pytest.raises(InputError, match="was removed during the fluid run"):  # noqa: PT012
+        still_there.begin(run)
         run.advance()
         still_there.after_frame(run)
         shutil.rmtree(folder)

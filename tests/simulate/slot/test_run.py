@@ -54,13 +54,11 @@ def test_a_cavity_more_than_5_percent_off_its_sections_is_unfit(room: float, fit
 
 POWER: dict[str, Any] = {"viscosity_pa_s": None, "consistency_pa_s_n": 0.3, "flow_index": 0.5}
 AGED: dict[str, Any] = {"viscosity_pa_s": None, "yield_stress_pa": 0.0}
-CURVE, COOLING = {"temperature_c": [80, 90], "viscosity_pa_s": [3, 0.3]}, {"age_s": [0, 9], "temperature_c": [90, 80]}
 FIELDS: dict[str, tuple[dict[str, Any], Any]] = {
     "U": ({"viscosity_pa_s": None, "U": 30.0}, 300.0),
     "consistency_pa_s_n": (POWER, 3.0),
     "flow_index": (POWER, 0.9),
     "curve": (AGED, {"age_s": [0, 9], "viscosity_pa_s": [0.3, 3]}),
-    "cooling": ({**AGED, "curve": CURVE}, COOLING),
     "D_cm": ({}, 0.3),
     "wall_share": ({}, 0.5),
     "viscosity_pa_s": ({}, 30.0),
@@ -77,7 +75,7 @@ FIELDS: dict[str, tuple[dict[str, Any], Any]] = {
 def test_the_fast_model_uses_or_refuses_every_setting_of_a_fluid(name: str):
     beside, value = FIELDS[name]
     if name not in READ:
-        with pytest.raises(InputError, match=rf"fluid\.{'curve' if name == 'cooling' else name}: "):
+        with pytest.raises(InputError, match=rf"fluid\.{name}: "):
             poured(**{**beside, name: value})
         return
     run, level = poured(**{**beside, name: value})

@@ -45,13 +45,13 @@ def judgement_of(
     scatter_known=True,
     edited=(),
     screening=False,
-    findings=((), ()),
+    findings=(),
     mean_error_mm=0.1,
     **more,
 ) -> Comparison:
     """Return the judgement on a crack of 80 mm; ``more`` are fields of the comparison."""
     budget = BudgetSummary.model_construct(scatter_known=scatter_known)
-    parts = {"budget": budget, "findings": findings[0], "unused": findings[1]}
+    parts = {"budget": budget, "findings": findings}
     uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=interval_mm, **parts) if interval_mm else None
     errors = ErrorFigures(mean_error_mm, *[0.0] * 6)
     comparison = Comparison.model_construct(**JUDGED | more, errors=errors, basis=basis, uncertainty=uncertainty)

@@ -1,4 +1,4 @@
-"""Texts beside the numbers, in 23 languages: they are harmless, or part of a question."""
+"""Texts beside the numbers: they are plainly harmless, or part of a question."""
 
 # ruff: noqa: RUF001  Texts of labs have letters of all scripts.
 
@@ -9,32 +9,27 @@ import pytest
 from validate.readings.beside import changes, is_harmless
 
 HARMLESS = (
-    "Measured by J. Smith on 12 May 2025|Please send results to lab@example.com|Danke an die Kollegen vom Labor|"
-    "Rapport signé le 12/06/2025|nessuna osservazione|Gemeten door P. de Vries op 14-03-2025|"
-    "Data pomiaru: 12.05.2025|Uppmätt av K. Larsson|fénykép a laborban készült|замечаний нет|gez. Lehmann|"
-    "Tom H., raining again|Próbka pobrana z ulicy Długiej|测量由李娜完成|Datum: 17.06.2025, Uhrzeit 9:45|"
-    "Tempo piovoso|Operatör: Lisa Berg|It was raining all day|umidità 50 %|報告書番号 2025-15|"
-    "Échantillon rangé dans la boîte 4|Céu nublado|Numune 5 numaralı rafta|Temperature: 19.5 °C|pluie le matin|"
-    "Laborantka: Ola Nowak|měřila Hanka, zapsal Jirka|visto, Marta|Crack sealant level, sheet 4 of 9, K. Obuya|"
-    "pics are on Dannys phone (IMG_2231 to 2240), will upload tmrw|tady došla propiska, dál tužkou|"
-    "folytatás a 4. oldalon|Anna Meier|vihko 4, sivu 37|foto cekildi no 18|zero on surface|nula na povrchu vzorku"
+    "gez. Lehmann|Datum: 17.06.2025, Uhrzeit 9:45|Temperature: 19.5 °C|visto, Marta|Bearbeiter M. Muster|"
+    "Datum 3.5.2026 Prüfer Meier|Raumtemperatur 21,4|Bemerkung: keine|Photo: IMG_2231.jpg|Prüfbericht 12/26|"
+    "Labor 3|ok; Foto 1, Blatt 2"
 )
 CHANGING = (
-    "all values in inches|checked: zero is on a 5 mm block|add 1.5 to each|copied from E4, arrived 3 maj|"
-    "Vorzeichen umgekehrt|mesuré depuis l'extrémité droite|lectures prises de droite à gauche|valori in pollici|"
-    "calço de 5 mm por baixo do pé|afstandhouder van 5 mm onder de voet|měřeno od pravého konce|"
-    "5 mm välikappale jalan alla|10'a bölünecek|除以10|измерено от правого конца|Anna: please halve all readings|"
-    "Medido por Luis, en centímetros|Zmierzył Jan, wartości w cm|Plåt 2 mm under mätaren|卡尺下面有2毫米垫片|"
-    "Operator J.K., scale was turned|Herr Klein hat einen anderen Nullpunkt genommen|lectura con galga de 3 mm|"
-    "Laborant Kees: alles in cm|Lisa: allt i cm|测量取消|Notes: each number is the sum of two gauges|"
-    "la cota se toma desde la base|Anna read it from the other bank|Observación: en pulgadas|"
-    "Měřítko s podložkou 2 mm|测量人陈静：倒序|Operator changed, new zero|nothing valid after row 6|"
-    "lignes 4 à 6 annulées|dal basso verso l'alto|Laborantti Aino: cm"
+    "all values in inches|checked: zero is on a 5 mm block|add 1.5 to each|Vorzeichen umgekehrt|"
+    "mesuré depuis l'extrémité droite|lectures prises de droite à gauche|valori in pollici|"
+    "calço de 5 mm por baixo do pé|afstandhouder van 5 mm onder de voet|5 mm välikappale jalan alla|除以10|"
+    "измерено от правого конца|Anna: please halve all readings|Medido por Luis, en centímetros|"
+    "Zmierzył Jan, wartości w cm|Plåt 2 mm under mätaren|卡尺下面有2毫米垫片|Operator J.K., scale was turned|"
+    "Herr Klein hat einen anderen Nullpunkt genommen|lectura con galga de 3 mm|Laborant Kees: alles in cm|"
+    "Lisa: allt i cm|测量取消|"
+    "Observación: en pulgadas|Měřítko s podložkou 2 mm|测量人陈静：倒序|Operator changed, new zero|"
+    "lignes 4 à 6 annulées|Laborantti Aino: cm"
 )
 """Texts with a word that may change readings."""
 UNKNOWN = (
-    "gauge reads 5.00 when flush with the face|pomiar nieważny|geçersiz|"
-    "Photo 3: the first reading is from the neighbouring crack|Mittasi Matti, arvot senttimetreinä|"
+    "copied from E4, arrived 3 maj|měřeno od pravého konce|10'a bölünecek|"
+    "Notes: each number is the sum of two gauges|la cota se toma desde la base|Anna read it from the other bank|"
+    "nothing valid after row 6|dal basso verso l'alto|gauge reads 5.00 when flush with the face|pomiar nieważny|"
+    "geçersiz|Photo 3: the first reading is from the neighbouring crack|Mittasi Matti, arvot senttimetreinä|"
     "échantillon retourné|Matti: kaikki sentteinä|Photo credit: none, gauge sat on the label|mauvaise fissure|"
     "este valor é suspeito|posuvka stála šikmo|az ablaktól mérve|Sunny, sealant still soft|Měřila Eva, pozpátku|"
     "Stored flat, measured tilted|filas 4 a 6 nulas|met vulplaatje"
@@ -49,6 +44,11 @@ BETWEEN = (
     "bolla d'aria sotto la punta -> scartare|عينة محفوظة|记录：估计值"
 )
 """A harmless label, instrument or empty word with more beside it; unknown words and scripts."""
+SENTENCES = (
+    "Measured by J. Smith on 12 May 2025|Danke an die Kollegen vom Labor|Operator: Anna Maria Klara Meier|"
+    "Anna Meier|zero on surface|pluie le matin|Laborantka: Ola Nowak|замечаний нет|测量由李娜完成"
+)
+"""Harmless sentences, which are asked about all the same."""
 
 
 @pytest.mark.parametrize("text", ["", "-", "/", "...", "(-)", *HARMLESS.split("|")])
@@ -66,7 +66,7 @@ LABELS = ("Operator: J. Smith, ", "12.05.2025 ", "Prüfer A. Meier; ", "Photo 12
 HIDDEN = [label + text for label in LABELS for text in CHANGING.split("|")[::5]]
 
 
-@pytest.mark.parametrize("text", [*UNKNOWN.split("|"), *BETWEEN.split("|"), *HIDDEN])
+@pytest.mark.parametrize("text", [*UNKNOWN.split("|"), *BETWEEN.split("|"), *SENTENCES.split("|"), *HIDDEN])
 def test_a_text_that_is_not_fully_understood_needs_a_question(text):
     assert not is_harmless(text)
 
@@ -89,6 +89,6 @@ def test_changes_in_names_of_sheets_and_files_are_recognised(names, change):
 
 
 def test_only_the_name_of_the_measured_sample_needs_no_question():
-    assert all(is_harmless(text, "P01") for text in ("P01", "p 01", "Sample P01, stored in cabinet 4"))
+    assert all(is_harmless(text, "P01") for text in ("P01", "p 01", "Sample P01, operator J. Smith"))
     others = ("P01'", "sample P01* measured by J. Smith", "P02", "P011")
     assert not any(is_harmless(text, "P01") for text in others)

@@ -76,7 +76,7 @@ REFUSED = {
     "a page": (b"\xef\xbb\xbf  <!DOCTYPE html><table>", "<!DOCTYPE html"),
     "an old workbook": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), ".xls"),
     "a workbook cut off": (b"PK\x03\x04" + bytes(30), "damaged"),
-    "another zip": (ARCHIVE.getvalue(), "a zip file, but not an XLSX"),
+    "another zip": (ARCHIVE.getvalue(), "an ODS or another archive, but only XLSX"),
     "a vast cell": (b"s_mm,depth_mm\n0,1\n5," + b"1" * 200_000, "not a CSV"),
     "columns": (b"s_mm" + b",depth_mm" * 20_000 + b"\n0,1\n", "256 columns"),
     "rows": (b";1\n" * 10_101, "10100 rows"),

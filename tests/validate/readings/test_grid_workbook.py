@@ -12,8 +12,6 @@ from openpyxl.styles.colors import Color
 
 from tests.support.sheet_writers import rewritten
 from validate.readings.grid import FORMULA, LARGEST_UNPACKED_MB, Cell, Grid, SheetFaults, read_grid
-from validate.readings.read_readings import read_readings
-from validate.settings import Declared
 
 ROWS = [["s [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]"], [0, 1.5, 1.6], [5, 2, None], [10, 2.5, 2.6]]
 
@@ -46,15 +44,6 @@ def rows_of(*cells: str) -> str:
 
 
 HEADER = ('<c t="inlineStr"><is><t>s_mm</t></is></c>', '<c t="str"><v>depth_mm</v></c>')
-
-
-def test_a_humidity_that_excel_stores_as_a_fraction_is_read_as_a_percentage(first, read, tmp_path):
-    """The percent sign may also be a text of the number format (at 56) or be missing (at 60)."""
-    formats = ("General", "0 %", '0"%"', "General")
-    for row, value in enumerate(("Luftfeuchte", 0.4, 56, 60), start=1):
-        first.cell(row, 4, value).number_format = formats[row - 1]
-    assert read().rows[2][3] == Cell("0.4", "number", "%")
-    assert read_readings(tmp_path / "lab.xlsx", Declared()).means["humidity"].value == pytest.approx(52)
 
 
 @pytest.mark.parametrize("code", ['0.0" mm days"', "[Red]0.0;-0.0", "0.0E+00", "Standard", "Est\u00e1ndar"])

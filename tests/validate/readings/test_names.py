@@ -10,7 +10,6 @@ NAMES = {
     Meaning(Role.STATION, "cm"): "Position entlang Riss (cm)",
     Meaning(Role.STATION, "m"): "distance from start in m",
     Meaning(Role.STATION): "Abstand",
-    Meaning(Role.STATION, "1/10 mm"): "s [1/10 mm]",
     Meaning(Role.READING, "mm", "level", "1"): "level_1_mm|Level up 1 [mm]",
     Meaning(Role.READING, "mm", "level"): "h in mm|nivel (milímetros)",
     Meaning(Role.READING, "inch", "level", "2"): "Höhe 2 / Zoll",
@@ -22,19 +21,14 @@ NAMES = {
     Meaning(Role.READING, "inch", "depth"): "depth [in]",
     Meaning(Role.READING, "µm", "depth"): "depth [µm]|Tiefe / \u03bcm|Tiefe in um|Einsinktiefe (micron)",
     Meaning(Role.READING, None, "depth"): "Tiefenmaß|profondeur par rapport à la surface|hundimiento",
-    Meaning(Role.READING, "mm", "level", "3"): "Level rel. to surface #3, mm|altezza 3 rispetto al bordo / mm",
-    Meaning(Role.READING, "1/10 mm", "depth"): "Tiefe [1/10 mm]",
-    Meaning(Role.READING, "1/100 mm", "depth", "2"): "Tiefe 2 (mm/100)",
+    Meaning(Role.READING, "mm", "level", "3"): "Level rel. to surface 3, mm|altezza 3 rispetto al bordo / mm",
     Meaning(Role.READING, "mm", None, "2"): "2. Messung (mm)",
-    Meaning(Role.READING, "mm", None, "3"): "Mesure n° 3 [mm]",
+    Meaning(Role.READING, "mm", None, "3"): "Mesure 3 [mm]",
     Meaning(Role.READING): "value|lectura",
-    Meaning(Role.REPEAT): "Messung|Reading No.|Lauf|Zyklus Nr.|Lecture n°|Herhaling",
+    Meaning(Role.REPEAT): "Messung|Reading No.|Lauf|Zyklus Nr.|Herhaling",
     Meaning(Role.SAMPLE): "Muestra Nº|Sample ID|Prüfkörper Nr.",
-    Meaning(Role.TEMPERATURE, "°C"): "Temperatur [°C]|Temp. °C",
-    Meaning(Role.TEMPERATURE, ""): "temperature",
-    Meaning(Role.HUMIDITY, "%"): "humidity|rel. humidity in %|RH [%]|relative Luftfeuchtigkeit|Luftfeuchte [% rF]",
     Meaning(Role.OTHER, "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
-    Meaning(Role.OTHER): "Nr.|Feuchte [%]|Temperatur 2 [°C]|depth RH [%]|Temp. [°C/°F]|"
+    Meaning(Role.OTHER): "Nr.|Feuchte [%]|Temperatur 2 [°C]|Temp. [°C/°F]|relative Luftfeuchtigkeit [%]|"
     "Station Nr|Opérateur|Anmärkning|Observações|備考",
 }
 # The depth of the crack is not that of the sealant, and a sign or a factor may change readings.
@@ -45,13 +39,15 @@ UNKNOWN = (
     "depth [nm]|Position 1 [mm]|<b>depth</b> [mm]|$depth$ of $\\alpha$|=depth+gap|profondeur de la fissure [mm]|"
     "profundidad de la grieta [mm]|Probe 1 [mm]|16.1|\u2212Tiefe [mm]|X_Value [s]|Y [mm]|x1|"
     "Level [mm] (- = above)|Tiefe ab Messschieber [mm]|Probe 1 Tiefe [mm]|Tiefe \u2152 mm|Tiefe (0,1 mm)|"
-    "Masse 10 g|Tiefe [g]|RH [mm]|depth RH [mm]|depth RH|Position RH|rel [%]"
+    "Masse 10 g|Tiefe [g]|RH [%]|RH [mm]|depth RH [%]|depth RH [mm]|depth RH|Position RH|rel [%]|"
+    "Mesure n° 3 [mm]|Lecture n°|1st reading [mm]|Level #3 [mm]|Tiefe [1/10 mm]"
 )
 NO_LENGTHS = (
     "s [-]|s [1]|s/L|depth/D [-]|s [%]|Tiefe [\u2030]|Position rel.|relative position|Tiefe [°]|1/depth [1/mm]|Tiefe/2"
 )
-LENGTHS = "s/mm|Tiefe / mm|Tiefe [1/10 mm]|depth [mm/100]|Level rel. to face|1° Lettura [mm]"
-RESTS = "depth (+5 mm)|depth -5 [mm]|depth [mm-5]|± depth [mm]|depth [mm²]|depth² [mm]|Tiefe x 10 2|depth [nm]|[10 mm]"
+LENGTHS = "s/mm|Tiefe / mm|Level rel. to face|1. Lettura [mm]"
+RESTS = "Tiefe [1/10 mm]|depth [mm/100]|Tiefe 2 (1/100 mm)|"
+RESTS += "depth (+5 mm)|depth -5 [mm]|depth [mm-5]|± depth [mm]|depth [mm²]|depth² [mm]|Tiefe x 10 2|depth [nm]|[10 mm]"
 READ = (Role.STATION, Role.READING, Role.REPEAT, Role.SAMPLE)
 
 

@@ -89,36 +89,9 @@ def test_rows_of_python_values_are_read_like_a_sheet():
     assert [doubt.cells for doubt in caught.value.doubts] == [("B2",)]
 
 
-LONG_RH = "s_mm;Wdh;depth_mm;RH\n0;1;1;40\n0;2;1;40\n0;3;1;\n5;1;2;60\n9;1;;90\n"
-CELLS_OF = "s [mm];Tiefe [mm];{}\n0;1;{}\n5;2;{}\n7;9;99\n10;3;\n"
-WARM = {"temperature": (21.75, "°C", 2)}
-QUANTITIES = {
-    "with a unit": (CELLS_OF.format("Temp. [°C]", "21,5", "22"), WARM, ""),
-    "units in cells": (CELLS_OF.format("temperature", "21,5 °C", "22"), WARM, ""),
-    "a word of its unit": (CELLS_OF.format("RH", "45 percent", "46"), {"humidity": (45.5, "%", 2)}, ""),
-    "two units": (CELLS_OF.format("Temp", "21,5 °C", "72 F"), {"temperature": (21.5, "°C", 1)}, "temperature C3 = C3"),
-    "two columns": (CELLS_OF.format("Temp. [°C];Temp. [°F]", "21,5;71", "22;72"), WARM, "temperature D = D"),
-    "over stations with readings, not rows": (LONG_RH, {"humidity": (50, "%", 2)}, ""),
-    "no number": (
-        CELLS_OF.format("RH", "45 %", "ca. 46"),
-        {"humidity": (45, "%", 1)},
-        "humidity C3 = C3; remark C3 = C3",
-    ),
-    "outside": (CELLS_OF.format("RH", "450", "-1"), {}, "humidity C2 C3 = C2 C3"),
-    "shares of 1": (CELLS_OF.format("RH [%]", "0,4", "1"), {}, "humidity C2 C3 = C2 C3"),
-}
-
-
-@pytest.mark.parametrize(("text", "means", "asked"), QUANTITIES.values(), ids=QUANTITIES)
-def test_temperature_and_humidity_are_averaged_over_the_stations_that_are_used(read, text, means, asked):
-    profile = read(text, columns={"skip": [4]}, decimal="comma")
-    assert {name: (mean.value, mean.unit, mean.stations) for name, mean in profile.means.items()} == means
-    assert brief(profile.questions) == asked
-
-
 def test_words_behind_a_temperature_give_a_question(read):
     with pytest.raises(SheetFaults, match=r"does this change the readings.*C2 '20 alles in cm'"):
-        read(CELLS_OF.format("Temp. [°C]", "20 alles in cm", "22"), columns={"skip": [4]}, decimal="comma")
+        read("s [mm];Tiefe [mm];Temp. [°C]\n0;1;20 alles in cm\n5;2;22 °C\n10;3;22\n")
 
 
 TEXTS = ";s_mm;depth_mm;0;5;1,5;n. m.;Mittel;# x;Riss 2;1 mm;7.5;x;Probe;Wdh;2 %"

@@ -9,13 +9,10 @@ import pytest
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.doubts import QuantityMean
-from sealtwin.core.errors import present
 from sealtwin.core.facts import of_keys, texts
 from sealtwin.core.run_figures import RunHealth
-from tests.support.evidence import make_evidence
 from tests.support.small_fluids import path, pour, slot
-from validate.compare import assess, compare
+from validate.compare import assess
 from validate.intervals import StationErrors
 from validate.report.chapters import path_table, settings_table
 from validate.report.first_page import first_page
@@ -59,10 +56,8 @@ PASTE = {
 UNSURE = PASTE | {"yield_stress_error_pa": 0.0, "yield_stress_95_pa": (10.0, 10.0)}
 THINS = PASTE | {"yield_stress_error_pa": 1.0, "yield_stress_95_pa": (8.0, 12.0), "doubts": ["6 rows."]}
 THINS |= {"consistency_pa_s_n": 3.0, "flow_index": 0.5, "flow_index_95": (0.45, 0.56)}
-AGEING = {"age_s": [0.0, 60.0, 600.0], "temperature_c": None, "viscosity_pa_s": [0.05, 1.0, 30.0]}
+AGEING = {"age_s": [0.0, 60.0, 600.0], "viscosity_pa_s": [0.05, 1.0, 30.0]}
 AGEING |= {"yield_stress_pa": [0.0, 5.0, 40.0]}
-HOT = {"temperature_c": [100.0, 200.0], "viscosity_pa_s": [30.0, 0.05]}
-COOLING = {"age_s": [0.0, 60.0], "temperature_c": [190.0, 120.0]}
 SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
 
 
@@ -84,13 +79,12 @@ SLOPES = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
             [],
         ),
         (
-            {"fluid": {"curve": AGEING, "cooling": None}},
+            {"fluid": {"curve": AGEING}},
             ["0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa", "Shrinkage is not modelled"],
             [],
         ),
-        ({"fluid": {"curve": HOT, "cooling": COOLING}}, ["its temperature, 0.05 to 30 Pa s", "190 to 120 °C"], []),
     ],
-    ids=["plain", "yields", "unsure", "thins", "ageing", "cooling"],
+    ids=["plain", "yields", "unsure", "thins", "ageing"],
 )
 def test_the_assumptions_describe_the_sealant_with_its_numbers(evidence, groups, words, absent):
     text = assumed(evidence, **groups)
@@ -99,12 +93,11 @@ def test_the_assumptions_describe_the_sealant_with_its_numbers(evidence, groups,
 
 def test_the_table_of_settings_has_values_but_no_missing_columns(evidence):
     """Doubts about a paste are on the first page."""
-    run = with_settings(evidence, sample=SLOPES, fluid={"curve": AGEING, "cooling": None}).run
+    run = with_settings(evidence, sample=SLOPES, fluid={"curve": AGEING}).run
     rows = dict(settings_table(run.settings).rows)
     assert rows["sample"] == "crossfall (°) -2.5, gradient (°) 5"
     assert "rises towards +x by 5° and towards +y by -2.5°" in assumed(evidence, sample=SLOPES)
     assert "curve age (s) 0, 60, 600, viscosity (Pa s) 0.05, 1, 30, " in rows["fluid"]
-    assert not {"temperature", "cooling"} & set(rows["fluid"].split())
     thins = with_settings(evidence, fluid={"material": THINS, "flow_index": 0.5})
     assert ("Paste:", "6 rows.") in first_page(thins).notes
 
@@ -209,16 +202,3 @@ def test_stretches_outside_the_band_are_named_with_the_largest_error_first(error
     assert named in text
     assert absent not in text
     assert bool(text) == bool(named)
-
-
-def test_mean_temperature_and_noise_are_in_the_comparison_and_on_page_one(tmp_path):
-    evidence = make_evidence(tmp_path)
-    means = {"temperature": QuantityMean(value=21.75, unit="°C", stations=4)}
-    means |= {"noise": QuantityMean(value=46, unit="", stations=1)}
-    readings = replace(present(evidence.readings, "readings"), means=means)
-    crack = evidence.outline, evidence.solid
-    comparison = compare(evidence.profile, readings, *crack, role="undeclared", photo_data="measured")
-    assert comparison.model_dump()["means"]["temperature"] == {"value": 21.75, "unit": "°C", "stations": 4}
-    assert "means" not in present(evidence.comparison, "comparison").model_dump()
-    text = "temperature 21.75 °C, mean of 4 stations; noise 46 (no unit), mean of 1 station."
-    assert ("Conditions:", text) in first_page(replace(evidence, comparison=comparison)).notes

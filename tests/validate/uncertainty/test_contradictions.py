@@ -68,7 +68,7 @@ def test_a_column_that_is_0_3_mm_higher_contradicts_declared_equal_passes():
     random = np.random.default_rng(6)
     sheets = [noise_mm(random) + np.array([0.0, 0.0, 0.3]) for _ in range(60)]
     assert sum(refusals(sheets, NO_PASSES)) >= 57
-    words = r"^caliper\.csv: the repeats contradict uncertainty\.pass_mm = 0:.* repeat 3 is \+0\.2.*pass_mm"
+    words = r"^caliper\.csv: the repeats contradict uncertainty\.pass_mm = 0:.* repeat 3 is 0\.2.*pass_mm"
     with pytest.raises(InputError, match=words):
         check(sheets[0], NO_PASSES)
     # Passes that are declared to differ by that much are accepted.
