@@ -20,8 +20,8 @@ from validate.settings import Gate, Role
 Outcome = Literal["passed", "failed", "undecided", "open"]
 """The result of a comparison.
 
-passed: the mean error keeps the gate, and its interval does not contain the gate;
-failed: the mean error misses the gate, and its interval does not contain the gate, or a particle escaped;
+passed: the mean error is within the gate, and its interval does not contain the gate;
+failed: the mean error exceeds the gate, and its interval does not contain the gate, or a particle escaped;
 undecided: the interval contains the gate, there are too few readings, or files were edited by hand;
 open: no gate was declared."""
 
@@ -218,8 +218,9 @@ class Comparison(JsonRecord):
     measured_volumes: FilledVolumes
     """Volumes below and above the measured level, over the covered length."""
     baselines: tuple[Baseline, ...] = ()
-    """Simpler levels for comparison: best curves through calibration readings and, made without these readings, the
-    flat level of the dispensed volume and, after extra runs of particles, the fast model."""
+    """Simpler levels for comparison. They include the best curves through the readings unless the readings were held
+    out. Unless settings were fitted to the readings, they include levels made without the readings: the flat level of
+    the dispensed volume and, after extra runs, the level of the fast model."""
     beats_baseline: bool | None = None
     """True if the mean error is smaller than the mean error of every baseline that has at most as many coefficients as
     settings were fitted. None if there is no such baseline."""
@@ -246,7 +247,8 @@ class Comparison(JsonRecord):
     outcome: Outcome = "open"
     """Result of the comparison, from the gate, the mean error and its 95 % interval."""
     passed: bool | None = None
-    """True if the mean error keeps the gate. False if it does not, or if a particle escaped. None without a gate."""
+    """True if the mean error is within the gate. False if it exceeds the gate, or if a particle escaped. None without a
+    gate."""
     gate: Gate | None = None
     """Limit that was declared before the run. None if none was declared."""
     findings: Facts = ()

@@ -73,7 +73,7 @@ class SampleFigures(JsonRecord):
     camera_tilt_deg: float | None
     """Angle between the camera's axis and the face's normal. None if it is unknown."""
     warnings: Facts
-    """Doubts about the photo and the solid."""
+    """Warnings about the photo and the solid."""
 
 
 class FluidFigures(JsonRecord):
@@ -264,7 +264,7 @@ class FirstPage(JsonRecord):
     verdict: str
     """The result in one or two sentences."""
     lead: tuple[str, ...]
-    """Sentences about the line and the dots, and about where the line is off."""
+    """Sentences about the line (level) and the dots (readings) of the figure, and about the largest error."""
     labels: tuple[tuple[str, str], ...]
     """Reservations, each with a word and a text."""
     tiles: tuple[Tile, ...]

@@ -29,7 +29,7 @@ def stated(
 
 
 def doubted(key: str, value: Value = None, unit: str = "", **parts: Any) -> Fact:
-    """Return a doubt, which should be read before the result."""
+    """Return a fact of the kind "doubt": a warning that should be read before the result."""
     return stated(key, value, unit, "doubt", "caution", **parts)
 
 

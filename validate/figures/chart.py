@@ -18,24 +18,24 @@ from validate.uncertainty.budget import Budget, linear_weights, mean_absolute
 from validate.uncertainty.computed import require_different
 from validate.units import counted, name_and_unit
 
-DECADES = 100.0  # Smallest ratio of an axis' largest to its smallest value for a logarithmic axis: two decades
+DECADES = 100.0  # An axis is logarithmic if its largest value is at least this many times its smallest value
 LEVELS = 16  # Largest number of values of a setting for which each value is drawn as a line
-DRAWS = 2_000  # Number of random sets of readings. A fraction of 2.5 % is then known to 0.35 %.
+DRAWS = 2_000  # Number of random sets of readings. They determine a fraction of 2.5 % to within 0.35 %.
 CANNOT_TELL = 0.025
-"""Fraction of the random sets of readings in which a run must have a smaller error than the best run to fit equally
-well. It is one tail outside a 95 % interval."""
-FARTHEST_NEAR = 4 / 3  # Largest mean error of a run that fits equally well, divided by the best run's
+"""A run fits as well as the best run if its error is smaller in more than this fraction of the random sets of readings.
+The fraction is one tail outside a 95 % interval."""
+FARTHEST_NEAR = 4 / 3  # Largest mean error of a run that fits equally well, divided by the smallest mean error
 REPEATED = "seed"  # Setting in which repeated runs differ. It is never an axis.
 NAMED = 8  # Largest number of runs that a sentence names
 UNFIT = Fact("unfit", "the fast model is not valid for these settings.")
 VOLUME_OFF = Fact("volume", "the settled volume differs from the dispensed volume by more than 5 %.")
-CELLS = 240  # Number of the map's cells along each axis, more than a page can show
-STEPS = 12  # Number of equal steps into which the number of moving particles is divided
-FEWEST = 3  # Smallest number of frames in a step, and of steps for fitting a straight line
+CELLS = 240  # Number of cells of the map along each axis, which is finer than a page can show
+STEPS = 12  # Number of equal bins into which the range of the number of moving particles is divided
+FEWEST = 3  # Smallest number of frames in a bin, and smallest number of bins for fitting a straight line
 MIN_VALUES, MIN_RUNS, MIN_SHARE = 4, 16, 2 / 3
-"""Smallest number of values of each setting, smallest number of runs, and smallest fraction of the map between the runs
-that a surface needs. On a grid this is 4 by 4 runs; 30 random runs enclose about 0.7 of the map. A surface between
-fewer runs would be a guess."""
+"""A surface needs at least this many values of each setting, this many runs, and this fraction of the map's area
+between the runs. On a grid this is 4 by 4 runs; 30 random runs enclose about 0.7 of the map. With fewer runs, the
+surface would be a guess."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class RepeatedPairs:
 
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
-    """Compare a run with the readings. Raises InputError if they have no stretch of s in common."""
+    """Compare a run with the readings. Raises InputError if both have no stretch of the crack in common."""
     errors = error_figures(level_difference(run.profile, readings), readings)
     across, up = (float(run.settings[axis.setting]) for axis in axes)
     return HeldRun(**vars(run), **vars(errors), values=(across, up))
@@ -145,7 +145,8 @@ def first_of_each_pair(
     """Return the first run of each pair of settings, and the scatter of repeated runs.
 
     The scatter is None if no pair was repeated. It is also None for the ``fast`` model, whose runs do not depend on the
-    seed. ``where`` is the start of an error message. Raises InputError if particles gave the same level twice.
+    seed. ``where`` is the start of an error message. Raises InputError if two runs of particles with different seeds
+    have the same level.
     """
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
@@ -245,7 +246,7 @@ class Chart:
     def flatness(self) -> str:
         """Sentence about the pairs of settings that fit as well as the best one."""
         if self.replicates is None and self.screening:
-            return "Runs of the fast model do not scatter. Their distance from runs with particles is unknown."
+            return "Runs of the fast model do not scatter. Their difference from runs with particles is unknown."
         if self.replicates is None:
             return (
                 "No pair was repeated with another seed, so it is unknown how far single runs scatter and which other "
@@ -287,7 +288,8 @@ def as_near_as_the_best(
 
     All runs are compared with the same random readings, drawn from the budget of the readings. An error of the readings
     changes the errors of similar runs equally, so their difference is far more certain than each error. ``scatter_mm``
-    is added to each run independently. A run whose mean error is over a third larger never fits equally well.
+    is added to each run independently. A run whose mean error is over a third larger than the smallest one never fits
+    equally well.
     """
     profiles = [readings, *(run.profile for run in runs)]
     # All stations in the stretch that all profiles share.
@@ -349,7 +351,7 @@ class Watched:
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
-    """Return the median number of particles and the median time in each step, (2, k).
+    """Return the median number of particles and the median time in each bin, (2, k).
 
     Medians change little if other programs are running.
     """
@@ -359,7 +361,7 @@ def medians(particles: Floats, frame_ms: Floats) -> Floats:
 
 
 def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
-    """Fit a straight line to the medians by least squares.
+    """Fit a straight line to the median times by least squares.
 
     Returns three numbers: the time of a frame without particles in ms, the time that each moving particle adds in µs,
     and R², the fraction of the medians' variance that the line explains. Returns None if there are too few medians.

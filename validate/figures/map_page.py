@@ -148,7 +148,7 @@ def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
         between = "interpolated linearly between them, as in the paper's Fig. 8"
         return Plot("heat", f"Mean error of each run (points), {between}{letters}.", draw)
     caption = (
-        f"Mean error of each run, with its number{letters}. There is no surface between these runs: that takes "
+        f"Mean error of each run, with its number{letters}. A surface between the runs needs "
         f"{MIN_RUNS} or more ranked runs, with {MIN_VALUES} or more values of each setting, that enclose two "
         "thirds of the map."
     )

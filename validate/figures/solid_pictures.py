@@ -34,10 +34,10 @@ WIDTH_PX = 690  # Width of a plate at 150 dpi
 
 LIGHT = np.array([-0.36, 0.48, 0.8])
 """Unit vector towards the light. Its components point to the right and up in the picture, and towards the viewer."""
-DARKEST = 0.55  # Brightness without light, at which a colour can still be compared with its scale
+DARKEST = 0.55  # Brightness of a facet without light. Its colour can still be compared with the colour scale.
 SMOOTHING = 2  # Number of samples along each side of a pixel, which are averaged for smooth edges
-MAX_AT_ONCE = 200_000  # Number of samples in the bounding boxes of facets computed together, which take 20 MB
-FLAT = 1e-9  # Smallest width of a row, in samples, over which nearness may change
+MAX_AT_ONCE = 200_000  # Largest number of samples in the bounding boxes of facets computed together (20 MB)
+FLAT = 1e-9  # Smallest width of a row, in samples, by which the change of nearness is divided
 
 
 @themed()
@@ -198,7 +198,7 @@ def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
 
 
 def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
-    """Return triangle, sample and nearness, (n,) each, for the samples that triangles cover.
+    """Return the samples that triangles cover: triangle, sample and nearness to the viewer, (n,) each.
 
     ``corner`` is (f, 3, 3): the corners' coordinates to the right, down and towards the viewer. Triangles are filled
     row by row, so that slivers cost little.

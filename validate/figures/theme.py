@@ -87,7 +87,7 @@ def themed() -> Iterator[None]:
         yield
 
 
-PLATE_IN = 4.6  # Width of a plate
+PLATE_IN = 4.6  # Width of a plate in inches
 FOOT_IN, HEAD_IN = 0.46, 0.3
 """Lower and upper margin of a plate, in inches. Margins are fixed, because measuring all labels takes longer than
 drawing them."""
@@ -183,7 +183,7 @@ def draw_curve(
 ) -> None:
     """Draw a level along the crack over its band, which has the half-width ``half_mm`` and the label ``band``.
 
-    ``line`` has the line's colour and other properties.
+    ``line`` contains the line's colour and other properties.
     """
     if half_mm is not None:
         draw_band(axes, s_mm, level_mm, half_mm, line["color"], alpha, band)

@@ -38,14 +38,14 @@ class PiecewiseLinear:
         return float(np.sqrt(np.sum(np.diff(self.x) * (first**2 + first * last + last**2) / 3) / self.length_mm))
 
     def share_below(self, limit: float) -> float:
-        """Return the fraction of the length with values below a limit."""
+        """Return the fraction of the length on which the function is below a limit."""
         low, high = np.sort([self.value[:-1], self.value[1:]], axis=0)
         rise = high - low
         part = np.where(rise > 0, (limit - low) / np.where(rise > 0, rise, 1.0), limit > low)
         return float(np.sum(np.diff(self.x) * np.clip(part, 0.0, 1.0)) / self.length_mm)
 
     def quantile(self, share: float) -> float:
-        """Return the quantile: the value that this fraction of the length does not exceed."""
+        """Return the value that the function does not exceed on the fraction ``share`` of the length."""
         low, high = float(self.value.min()), float(self.value.max())
         for _ in range(100):
             middle = (low + high) / 2
@@ -185,8 +185,8 @@ def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple
 def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: float) -> float:
     """Return the discrete Frechet distance of two curves over a stretch of s, both sampled at the same even points.
 
-    Unlike an area, this distance measures a step that comes too early by the step's shift along the crack, because s
-    and level have equal weight.
+    If a step of the level is at the wrong s, this distance is the step's shift along the crack, because s and level
+    have equal weight. The area between the curves would also depend on the height of the step.
     """
     import similaritymeasures
 
@@ -203,7 +203,7 @@ def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]
     return s_mm, profile.level_at_mm(s_mm)
 
 
-CHOICE = "both curves count s from the first end given; neither is shifted to fit the other"
+CHOICE = "both curves measure s from the crack's first end; neither is shifted to fit the other"
 SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Possible errors in the position of a station, or of the end of a crack
 
 

@@ -78,7 +78,7 @@ class Grid:
     doubts: tuple[Doubt, ...] = ()  # Questions about the file
 
     def require_size(self) -> Self:
-        """Return the sheet. Raises SheetFaults if it is larger than a sheet of readings may be."""
+        """Return the sheet. Raises SheetFaults if it has more rows or columns than a sheet of readings may have."""
         if len(self.rows) > MAX_ROWS:
             finding = f"the sheet has more than {MAX_ROWS} rows, which is the limit."
             raise refused(self.location(), finding, "Use fewer stations.")
@@ -124,7 +124,7 @@ class Grid:
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
-    """All that is unclear in a sheet: one question with its parts, and the sheet as far as it was understood."""
+    """All questions about a sheet in one error, and the sheet as far as it was understood."""
 
     def __init__(self, doubts: Sequence[Doubt], understood: ReadSheet | None = None) -> None:
         self.doubts, self.understood = tuple(doubts), understood
@@ -148,7 +148,7 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
     try:
         archive = zipfile.ZipFile(io.BytesIO(content))
         if (unpacked_mb := sum(entry.file_size for entry in archive.infolist()) / 1e6) > LARGEST_UNPACKED_MB:
-            raise refused(path, f"{unpacked_mb:.0f} MB when it is unpacked, over {LARGEST_UNPACKED_MB} MB.", SMALLER)
+            raise refused(path, f"{unpacked_mb:.0f} MB when it is unpacked (limit: {LARGEST_UNPACKED_MB} MB).", SMALLER)
         # openpyxl warns about skipped styles and extensions, which contain no readings.
         with warnings.catch_warnings(action="ignore"):
             if workbooks.MIMETYPE in content[:128]:
@@ -212,7 +212,7 @@ def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
     for line, fields in lines.items():
         within = [each for field in fields for each in field.splitlines()[1:]]
         if any(re.search(rf"[0-9]\s?{mark}\s?[-+.,0-9]", each) for each in within):
-            finding = "a quotation mark of an earlier line is closed here, so the quoted text has rows of numbers."
+            finding = "a quotation mark of an earlier line is closed here, and rows of numbers are in between."
             where = Location(Path(as_text(path)), f"line {line}")
             raise refused(where, finding, "Delete both marks, or the line breaks between them.")
         rows[line] = {column: Cell(text) for column, text in enumerate(fields) if text}
@@ -265,7 +265,7 @@ def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
         raise refused(path, finding, "Save it with its cells as an ordinary XLSX.")
     tables = [sheet for sheet in filled if _has_table(sheet)] or filled
     chosen = [sheet for sheet in tables if not sheet.is_hidden]
-    named, finding = chosen or tables, f"{'several' if chosen else 'only hidden'} sheets may have the readings:"
+    named, finding = chosen or tables, f"{'several' if chosen else 'only hidden'} sheets may contain the readings:"
     if wanted is not None:
         chosen = [sheet for sheet in sheets if sheet.sheet == wanted]
         named, finding = sheets, f"has no sheet {quoted(wanted)}, only"

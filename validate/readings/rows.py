@@ -77,7 +77,7 @@ def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, 
     """Yield each row that has readings, with the cell that gives its position."""
     above = BLANK
     for row in table.body if table.station else ():
-        # A row that is skipped has the place of the repeats below it.
+        # The position in a skipped row applies to the repeats below it.
         cell = table.cell(row, table.used[0])
         above = cell if cell.text else above
         if row not in passed and _has_readings(table, row):
@@ -87,7 +87,7 @@ def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, 
 def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
     """Return the answer that skips some readings, or the rows of some positions.
 
-    Returns none for half of all rows or more.
+    Returns {} if these are half of all rows or more.
     """
     station = table.station.letters if table.station else ""
     entries = [int(row) if (row := cell.removeprefix(station)).isdigit() else cell for cell in cells]
@@ -101,7 +101,7 @@ class _Numbers:
     def __init__(self, table: Table) -> None:
         self.table = table
         self.mark: Decimal | None = _decimal_mark(table)
-        self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
+        self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by fault, then by cell
 
     def reading(self, row: int, column: Column, cell: Cell) -> Reading:
         """Return the number in a cell as a reading of a row. Returns NaN if it is missing or cannot be read.
@@ -157,7 +157,7 @@ def _passed(table: Table) -> Iterator[int]:
     """Yield the rows to skip, and the rows of means and other calculated figures."""
     entries, columns = {*map(str, table.chosen.skip)}, ["", *(column.letters for column in table.used)]
     if absent := entries - {f"{column}{row}" for row in table.body for column in columns}:
-        finding = f"skip has {listed(sorted(absent))}, which is neither a row nor a reading of the table."
+        finding = f"skip lists {listed(sorted(absent))}, which is neither a row nor a reading of the table."
         table.ask("skip", finding, "Correct skip. Rows are counted from 1.")
     for row in table.body:
         first = next(iter(table.part[row].values()))
@@ -240,7 +240,7 @@ def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCell
 
 
 def _declared_places(table: Table, numbers: list[float]) -> list[float]:
-    """Return the positions that the settings give for the station numbers. Returns the numbers if there are none."""
+    """Return the positions that the settings give for the station numbers, or the numbers if the settings give none."""
     places, count = table.chosen.places, len(numbers)
     if not isinstance(places, tuple) or count < 2:
         return numbers

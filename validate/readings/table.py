@@ -115,7 +115,7 @@ class Table:
         return Column(index, role, parsed(self.header.names.get(index, "")).unit, self.what(index).quantity)
 
     def what(self, column: int) -> Meaning:
-        """Return what the name of a column says about unit and direction."""
+        """Return the role, unit and direction that a column's name states."""
         return meaning(self.header.names.get(column, "")) or Meaning(Role.OTHER)
 
     def named(self, columns: Sequence[int]) -> str:
@@ -149,7 +149,7 @@ def find_table(grid: Grid, declared: Declared) -> Table:
 
 
 def find_header(part: Rows, top: int) -> Header:
-    """Return the header of the table in a part of a sheet that begins at row ``top``. It may be above that row.
+    """Return the header of the table in a part of a sheet that begins at row ``top``. It may be above this row.
 
     Without names of columns, the header has no rows.
     """
@@ -239,7 +239,7 @@ def _end_before_next_table(table: Table) -> None:
 
 
 def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
-    remedy = 'Name the cells of the table of this sample, such as "A2:D18", or sort mixed rows in a copy. '
+    remedy = 'Name the cells of the table of this sample, such as "A2:D18", or sort rows of several samples in a copy. '
     remedy += 'as_written = ["range"] confirms all texts outside.'
     table.ask("range", finding, remedy, {"columns.range": rows})
 
@@ -307,9 +307,9 @@ def _problems(
         if len({(what.unit, what.quantity) for what in meanings}) > 1:
             yield f"{table.named(readings)} differ in unit or direction"
         if any(int(what.number or 0) > len(readings) for what in meanings):
-            yield f"{table.named(readings)} has a number that counts no repeats"
+            yield f"{table.named(readings)} has a number that is not of a repeat"
     if len(repeats) > 1 or (repeats and len(readings) > 1):
-        yield f"{table.named(repeats)} counts repeats by its name, beside other columns"
+        yield f"{table.named(repeats)} counts repeats by its name, as do others"
 
 
 def _stand_ins(

@@ -51,7 +51,7 @@ ORDINAL = re.compile(
     rf"(?<![\w.,])#?([0-9]{{1,2}})(?:{'|'.join(COLUMNS['ordinal'])}|[.\u00b0](?![0-9]))(?!\w)|#(?=[0-9])"
 )
 REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
-"""A mark, or a unit in brackets that is unknown or only a 1."""
+"""A special character, or a unit in brackets that is unknown or only a 1."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
@@ -59,7 +59,7 @@ AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 """The typographic minus, and the dash that word processors put in place of a hyphen."""
 OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
-"""Mark that cannot occur in numbers with a decimal mark, by the decimal mark."""
+"""Mark that cannot occur in a number, by the number's decimal mark."""
 
 
 class Role(Enum):
@@ -87,7 +87,8 @@ class Role(Enum):
         return [unit for unit, names in units if any(name in words for name in names.split())]
 
     def limits_in(self, unit: str) -> tuple[float, float]:
-        """Return the smallest and largest value of this quantity in a unit. For "" all its units count."""
+        """Return the smallest and largest value of this quantity in a unit. For "", the range covers the limits in all
+        units."""
         limits = WORDS["quantities"][self.value]["limits"].items()
         ends = [end for each, ends in limits if unit in ("", each) for end in ends]
         return min(ends), max(ends)
@@ -113,7 +114,7 @@ class Name(NamedTuple):
 
     @property
     def has_rest(self) -> bool:
-        """True if the text has more than words, brackets and one number, or is relative, such as "rel. depth"."""
+        """True if the text has more than words, brackets and a number, or is relative, such as "rel. depth"."""
         words = {*WORD.findall(self.text)}
         is_more = not self.is_sound or len(re.findall("[0-9]+", self.text)) > 1 or REST.search(self.text)
         return bool(is_more or (words & RELATIVE and not words & FACE))
@@ -171,9 +172,10 @@ def meaning(name: str) -> Meaning | None:
 
 
 def _quantity_meaning(text: str) -> Meaning | None:
-    """Return the meaning of a name in plain letters that has a word of another quantity. Returns None for another name.
+    """Return the meaning of a name with a word for another quantity, such as the temperature. Returns None for others.
 
-    With further words the column is not used, unless it may be a reading: "depth LH" and "depth RH" may be two sides.
+    If the name has further words, the column is not used. If the column may be a reading, its meaning is open (None):
+    "depth LH" and "depth RH" may be two sides.
     """
     words = {*WORD_OR_MARK.findall(text)}
     for role in QUANTITIES:

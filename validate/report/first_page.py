@@ -37,9 +37,9 @@ def first_caption(evidence: Evidence) -> str:
 
 
 def _where_off(evidence: Evidence) -> str:
-    """Return a sentence about where the level is off.
+    """Return a sentence about the largest error of the level. Returns "" without readings.
 
-    If the limit is missed, it says whether level or shape is wrong.
+    If the limit is exceeded, the sentence states instead whether the mean level or its shape is wrong.
     """
     m, readings = evidence.comparison, evidence.readings
     if m is None or readings is None:
@@ -125,7 +125,7 @@ def _level_alone(evidence: Evidence) -> list[tuple[str, str, str]]:
 
 
 def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return the figure as a table: position, reading, its interval, simulated level and error at each station.
+    """Return the first figure as a table: position, reading, its interval, simulated level and error at each station.
 
     Without readings the table is empty. A station beyond the compared stretch has no error.
     """

@@ -57,7 +57,7 @@ def headline(evidence: Evidence) -> tuple[Facts, Outcome]:
 
 
 def predicted(prediction: PredictedLevel | None) -> Fact:
-    """Return the fact that states the prediction. Without one, it states that there are no readings."""
+    """Return a fact with the prediction or, if there is none, the fact that there are no readings."""
     if prediction is None:
         return stated("verdict.no-readings")
     others = other_levels(prediction)
@@ -249,7 +249,7 @@ def _angles(evidence: Evidence) -> str:
 
 
 def walls(evidence: Evidence) -> str:
-    """Return a sentence about the width that the photo contradicts or does not show, if the walls flare or undercut."""
+    """Return a sentence about the width that the photo does not show if the walls flare or undercut, otherwise ""."""
     solid = evidence.solid
     widths_mm = {"flare": solid.figures.mouth_width_mm, "undercut": solid.figures.floor_width_mm}
     if widths_mm.get(solid.tilt) is None:

@@ -49,7 +49,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Curve:
-    """An error along the crack: positions x, simulated minus measured level, influence of each station's level."""
+    """An error along the crack: positions x, simulated minus measured level, and the weights of the stations."""
 
     x: Floats
     error_mm: Floats
@@ -69,7 +69,7 @@ class Curve:
         return cls(fine, np.interp(fine, x, error_mm), linear_weights(fine, s_mm), parabola_weights(fine, s_mm))
 
     def weights(self, sign: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the weights, in the mean over x, of the levels at stations and of the heights between them.
+        """Return the weights in the mean over x: of the levels at stations, (n,), and of the heights between, (n - 1,).
 
         ``sign`` is the sign of each piece of the curve.
         """
@@ -88,11 +88,11 @@ class Budget:
     """Errors that are neither declared nor shown by the readings. Their size is ``UNDECLARED_MM`` or the usual size of
     such an error."""
     scatter_known: bool = True
-    notes: Facts = ()  # Features of the readings
+    notes: Facts = ()  # Facts about the readings, such as outliers
     unused: Facts = ()  # Declared errors that the readings contradict. No interval includes them.
     steps_mm: float = 0.0
     """Change of the mean error, up or down, due to steps of the sealant's level between few stations. It is not an
-    error of a level."""
+    error of the level itself."""
 
     def only(self, keep: Callable[[Component], bool]) -> "Budget":
         return replace(self, components=tuple(component for component in self.components if keep(component)))

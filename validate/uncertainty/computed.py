@@ -17,7 +17,7 @@ from validate.intervals import InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, chi_squared, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
-RUNS = 1_000  # Number of runs, which give a standard deviation to 2 %
+RUNS = 1_000  # Number of runs of the fast model. They determine a standard deviation to 2 %.
 Z_95 = 1.96
 """Half-width of a 95 % band, in standard deviations. The variance of the band is averaged over the positions along the
 crack. About 50 of these are independent in a run, so two runs determine the variance."""
@@ -53,7 +53,7 @@ class Inputs:
     standards: Mapping[str, float]  # Declared standard uncertainty of each input, by its name in [uncertainty]
     straight_mm: Floats  # (n, k): change of the level if an input is increased by its uncertainty
     curved_mm: Floats  # (n, k): further change, equal for an increased and a reduced input; 0 for particles
-    together_mm: Floats  # (draws, k): change by interactions of the inputs, without draws for particles
+    together_mm: Floats  # (draws, k): change due to interactions of the inputs; (0, k) for particles
 
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
         """Return the effects at ``s_mm``, interpolated from ``known_mm``."""
@@ -80,7 +80,8 @@ class Inputs:
     def reported(self, x: Floats) -> tuple[tuple[InputEffect, ...], float]:
         """Return each effect on the mean level over x, and the fraction of the variance that is due to interactions.
 
-        For a standard normal z, the variance of a z + b z^2 is a^2 + 2 b^2.
+        For a standard normal z, the variance of a z + b z^2 is a^2 + 2 b^2, with a the straight and b the curved part
+        of an effect.
         """
         straight, curved, together = (
             np.trapezoid(levels_mm, x) / (x[-1] - x[0])
@@ -330,7 +331,7 @@ class Spread:
         return Inputs("particles", standards, levels_mm, 0 * levels_mm, levels_mm[:0]).at(self.s_mm, s_mm)
 
     def content(self) -> dict[str, Any]:
-        """Return this spread as a dict that can be written to JSON. ``of`` reads it back."""
+        """Return this spread as a dict that can be written to JSON. ``of`` reads the dict back."""
         content = asdict(self)
         del content["mean_of"]
         return {"version": 3, **content}

@@ -37,13 +37,13 @@ FEWEST_LEVELS = 5
 """Smallest number of different levels that identifies a step. By chance, this number of levels are all multiples of
 0.05 mm in one of 600 sheets."""
 ARCH_RATIO = 2.4
-"""Largest arch between two stations, divided by the arch of a parabola with their curvature. The smallest is 0. For a
-level with a corner, the ratio is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on
-average."""
+"""Largest arch (deviation of the level from the line between two stations), divided by the arch of a parabola with the
+curvature at the stations. The smallest ratio is 0. For a level with a corner, the ratio is 0 if the corner is at a
+station, 2 if it is in the middle of a gap, and 1 on average."""
 
 STATIONS_FOR_STEPS = 12
-"""Smallest number of stations that resolves steps of the level. With parabolas alone, the interval of the mean error
-contains the true value in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5."""
+"""Smallest number of stations that resolves steps of the level. Without an allowance for steps, the interval of the
+mean error contains the true value in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5."""
 STEP = 1 / 8
 """Mean distance of the level from the line between two stations, divided by a step between them. It is 1/4 if the step
 is sharp, in the middle and equal to the whole difference in height, and half of that on average."""
@@ -142,7 +142,8 @@ def resolution_of(repeats_mm: Floats) -> float:
 def _arches(s_mm: Floats, level_mm: Floats) -> Component:
     """Draw the height of the straight line above the sealant, in the middle between two stations.
 
-    The level has a curvature at each station. A random part of it (``ARCH_RATIO``) is drawn for the neighbouring gaps.
+    The level has a curvature at each station. Each draw applies a random multiple of it, from 0 to ``ARCH_RATIO``, to
+    the neighbouring gaps.
     """
     gap_mm = np.diff(s_mm)
     turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
@@ -168,7 +169,7 @@ def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
 
 
 def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans, float]:
-    """Return which readings are outliers of their station, and the robust standard deviation in mm.
+    """Return which readings are outliers of their station, (n, r), and the robust standard deviation in mm.
 
     A station has at most one outlier, because two outliers count as its scatter. The scatter is at least the rounding
     error of the last digit, even if most repeats are equal.
@@ -322,7 +323,7 @@ def _log_chance(level_mm2: Floats, behind: Floats, squares_mm2: Floats, freedom:
 
 
 def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
-    """Return for each spread the log of the most likely level of the variances, and the width of its peak."""
+    """Return for each spread the log of the most likely overall size of the variances, and the width of its peak."""
     behind = _freedoms_behind()
     log_level = np.full(len(behind), np.log(squares_mm2.sum() / freedom.sum()))
     curve = np.ones(len(behind))
@@ -351,11 +352,11 @@ def _freedoms_behind() -> Floats:
 
 
 STEPS = 121  # Number of positions of a station's true level within the range of its rounded readings
-SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a reading, in steps, from hidden to visible
+SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Possible sd of a reading, in steps: from hidden by rounding to visible
 
 
 def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int) -> Floats:
-    """Draw the error of each station's mean, (draws, n), for readings in steps that hide the scatter.
+    """Draw the error of each station's mean, (draws, n), for readings whose rounding to steps hides the scatter.
 
     The likelihood of a reading is the part of a normal distribution that rounds to it. The scatter is the same at all
     stations, with a prior that is uniform in its logarithm. The true level may be anywhere near the readings.
