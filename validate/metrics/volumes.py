@@ -346,8 +346,7 @@ def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
 
 
 def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
-    """Return the levels just below and above horizontal facets, for the heights with the largest areas of such
-    facets."""
+    """Return the levels just below and above horizontal facets, for the heights with the largest facet areas."""
     corners_mm = solid.vertices_mm[solid.faces]
     low_mm, high_mm = corners_mm[:, :, 2].min(axis=1), corners_mm[:, :, 2].max(axis=1)
     flat = (high_mm - low_mm < LEVEL_MM) & (low_mm > -solid.depth_mm - BESIDE_MM) & (high_mm < -BESIDE_MM)

@@ -87,8 +87,7 @@ class Role(Enum):
         return [unit for unit, names in units if any(name in words for name in names.split())]
 
     def limits_in(self, unit: str) -> tuple[float, float]:
-        """Return the smallest and largest value of this quantity in a unit. For "", the range covers the limits in all
-        units."""
+        """Return the smallest and largest value of this quantity in a unit, or in any of its units for ""."""
         limits = WORDS["quantities"][self.value]["limits"].items()
         ends = [end for each, ends in limits if unit in ("", each) for end in ends]
         return min(ends), max(ends)
