@@ -48,8 +48,8 @@ OF_A_FILE = ("sheet", "separator", "decimal", "unit")
 class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
-    ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm``, (n, r), has
-    the single readings. A missing reading is NaN.
+    ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm``, (n, r),
+    contains the single readings. A missing reading is NaN.
     """
 
     settings: Readings
@@ -366,17 +366,10 @@ def write_report(
 ) -> Path:
     """Write report.html, report.json and overlay.png, as ``sealtwin run`` does.
 
-    Parameters
-    ----------
-    folder
-        Folder for the files. Files of an earlier call are replaced.
-    crack, solid, path, run, result
-        Results of the other functions. ``run`` may be the result of ``fill_fast``. Without ``result``, the report shows
-        only the simulation.
-    name, note
-        Title of the report (default: the folder's name), and a text that a reader must know about this trial.
-    pdf
-        True to write report.pdf too.
+    Parameters ---------- folder Folder for the files. Files of an earlier call are replaced. crack, solid, path, run,
+    result Results of the other functions. ``run`` may be the result of ``fill_fast``. Without ``result``, the report
+    shows only the simulation. name, note Title of the report (default: the folder's name), and a note that a reader of
+    the report must know. pdf True to write report.pdf too.
 
     Returns
     -------

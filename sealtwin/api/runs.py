@@ -32,7 +32,7 @@ class PlannedPath(Trajectory):
 
     @property
     def doubts(self) -> tuple[Fact, ...]:
-        """Doubts about settings outside their usual ranges."""
+        """Warnings about settings outside their usual ranges."""
         return doubts_of(self.settings)
 
 
@@ -128,11 +128,8 @@ def inject(
     progress
         True to show progress on stderr. Default: True in a terminal or a notebook.
 
-    Returns
-    -------
-    Run
-        The particles at the end of the run. ``position_mm``, (n, 3), is in mm. ``health`` has figures of numerical
-        quality. On a CPU, the same input gives bit-identical results.
+    Returns ------- Run The particles at the end of the run. ``position_mm``, (n, 3), is in mm. ``health`` contains
+    figures of numerical quality. On a CPU, the same input gives bit-identical results.
 
     Raises
     ------
@@ -258,19 +255,11 @@ def release_block(
 
     The fluid sticks to all walls.
 
-    Parameters
-    ----------
-    fluid
-        Settings of the fluid.
-    solver
-        Settings of the solver, with ``radius_mm``. With 12 to 20 particle diameters across the block's shortest side,
-        half the radius changes the front by about 3 %. ``substeps`` divides the longest possible substep. Default: 1.
-    seed
-        Seed of the small random offsets of the particles' first positions.
-    device
-        "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU.
-    progress
-        True to show progress on stderr. Default: True in a terminal or a notebook.
+    Parameters ---------- fluid Settings of the fluid. solver Settings of the solver, with ``radius_mm``. With 12 to 20
+    particle diameters across the block's shortest side, halving the radius changes the front by about 3 %. ``substeps``
+    divides the longest possible substep. Default: 1. seed Seed of the small random offsets of the particles' first
+    positions. device "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU.
+    progress True to show progress on stderr. Default: True in a terminal or a notebook.
 
     Returns
     -------

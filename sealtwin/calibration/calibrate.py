@@ -39,7 +39,7 @@ from validate.figures.calibration_page import calibration_page
 from validate.figures.page import write_page
 from validate.units import counted
 
-LIBRARY = "library"  # Name of the folder with a study folder for each trial, which has the trial's runs
+LIBRARY = "library"  # Name of the folder that contains a study folder for the runs of each trial
 PREDICTING = 12  # Number of posterior draws that are run in a held-out trial
 OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of a trial whose values differ from pour to pour
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"

@@ -34,16 +34,17 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
     "sides": NO_RECTANGLE,
     "through": NO_RECTANGLE,
     "mouth": ("The face has no crack.", "Check --units, and that the rectangle on the layer FACE contains the crack."),
-    "rivals": ("", "The edge on the layer FACE cuts the crack into pieces. Let it contain the crack or cross one end."),
+    "rivals": ("", "The edge on the layer FACE cuts the crack into pieces. Draw it around the crack or across an end."),
     "walls": ("", "Draw the middle of the crack instead, and give --line LAYER --width-mm W."),
     "narrow": ("The crack is too narrow for its length.", "Check --units, and the crack's width."),
-    "path": ("The drawn line is not along one crack.", "Draw it from end to end, without loops."),
+    "path": ("The drawn line does not follow one crack.", "Draw it from end to end, without loops."),
     "cut": (
         "The drawn lines do not bound a valid solid.",
         "Draw them without crossings and without points closer than 1 µm.",
     ),
 }
-"""Fault of a drawing and its remedy, by the kind of the mesh's fault. An empty fault means: use the mesh's text."""
+"""Fault of a drawing and its remedy, by the kind of the fault in the mesh. If the fault is "", the text of the fault in
+the mesh is used."""
 
 
 @answers("mesh.units", needs=("mesh.units",), verbose=True)

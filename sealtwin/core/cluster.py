@@ -35,7 +35,7 @@ WORKER_ENVIRONMENT = {
     # The C library then returns the memory that a run frees to the system.
     "MALLOC_TRIM_THRESHOLD_": "65536",
 }
-STARTING = Lock()  # Lock that is held while the variables of a worker are set in this process
+STARTING = Lock()  # Lock that is held while the environment of a worker is set in this process
 CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, which usually connect within seconds
 
 Item = TypeVar("Item")

@@ -18,7 +18,7 @@ Kind = TypeVar("Kind")
 
 
 class SealtwinError(Exception):
-    """Fault that the user can correct. The message states the place, the value, what is allowed and what to do."""
+    """Fault that the user can correct. The message states the location, the value, what is allowed and what to do."""
 
     exit_code: ClassVar[int] = 1
 

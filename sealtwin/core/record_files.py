@@ -93,7 +93,7 @@ class Simulation(Result, FilledBy):
     @model_validator(mode="after")
     def _has_sealant(self) -> Self:
         if not self.particles and self.has_particles:
-            raise ValueError("particles is 0, but bed, the fill by the fast model, is missing")
+            raise ValueError("particles is 0, but bed, the fast model's fill, is missing")
         return self
 
     @property
@@ -273,7 +273,7 @@ def read_profile(folder: Path, name: str = PROFILE) -> Profile:
 def write_level(folder: Path, s_mm: Floats, levels_mm: Mapping[int, Floats], half_mm: float) -> None:
     """Write level.csv: the mean level of several seeds, its band of half-width ``half_mm``, and the level of each seed.
 
-    ``levels_mm`` has the levels at ``s_mm``, (k,), by seed.
+    ``levels_mm`` contains the level of each seed at ``s_mm``, (k,).
     """
     mean_mm = np.mean([*levels_mm.values()], axis=0)
     columns = (*LEVEL_COLUMNS, *map(_column_of, levels_mm))

@@ -36,7 +36,7 @@ SETTING = {
     "sign": "readings.quantity",
     "crack": "photo.crack",
 }
-"""Setting of a trial that each column of the pairing file gives."""
+"""Setting of a trial that each column of the pairing file sets."""
 SETTINGS = "settings"  # Column of the pairing file for all other settings of the trial
 ANSWERS = (*SETTING, SETTINGS)
 """Columns of the pairing file for the user's answers: about a sheet, the number of the crack, and other settings.

@@ -170,7 +170,7 @@ class LabSample:
 
 
 def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
-    """Return the samples sorted by name, and behind them the files that belong to no photo. Ignored files are left out.
+    """Return the samples sorted by name, followed by the files that belong to no photo. Ignored files are left out.
 
     ``lost`` names files that cannot be read. If there are lost files, or sheets that belong to no photo, each photo
     without a sheet gets a question, since one of these files may be its sheet.

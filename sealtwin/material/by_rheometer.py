@@ -29,13 +29,13 @@ MAX_ERROR = 0.5  # Largest relative standard uncertainty of a viscosity. Above i
 MIN_RISE = 0.01  # Smallest relative increase of the stress over the rates. Less may be a drift of the instrument
 MIN_AGAIN = 3  # Smallest number of repeated rates for which a change of the paste is detected
 MAX_CHANGE = 0.05  # Largest mean relative change of the stress at repeated rates for an unchanged paste
-MAX_ALIKE = 0.8  # Fraction of changes with the same sign above which they are systematic
+MAX_ALIKE = 0.8  # Changes are systematic if at least this fraction of them has the same sign
 WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated (in logarithms)
 MAX_MISS = 0.1  # Largest RMS relative misfit of a law. Rheometers repeat to a few percent
-MISFITS = 3.0  # Largest deviation of a slow row in RMS misfits, beyond the interval of the yield stress
+MISFITS = 3.0  # Largest deviation of a slow row beyond the yield stress' interval, in RMS misfits
 Rate = Annotated[float, Field(gt=0, le=1e9)]
 Row = Annotated[int, Field(ge=1, le=MAX_ROWS + 1)]
-INDEX = (0.2, 2.0)  # Range of fluid.flow_index
+INDEX = (0.2, 2.0)  # Allowed range of fluid.flow_index
 BY_HAND = "by hand in [fluid], and note how you found them"
 NOT_FOR = (
     "shear rates outside the measured range, in particular lower rates, at which the paste's curve deviates from the "

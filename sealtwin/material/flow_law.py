@@ -78,7 +78,7 @@ class _Curve:
     def at(
         self, n: Floats, stress: float | None = None, thick: Thickness | None = None
     ) -> tuple[Floats, Floats, Floats]:
-        """Return the smallest sum of squares for each n, with its yield stress and K. One of these may be fixed."""
+        """Return the smallest sum of squares, the yield stress and K for each n, (m,) each. Either may be fixed."""
         a = self.inverse
         b = self.rate ** n[:, None] * self.inverse
         aa, a1 = a @ a, a.sum()

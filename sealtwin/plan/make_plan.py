@@ -1,4 +1,4 @@
-"""Plan a trial: search a plan with the fast model, check it with particles, and search again with a correction."""
+"""Plan a trial: search for a plan with the fast model, check it with particles, correct the model and search again."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -62,7 +62,7 @@ MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Volume and level above the face who
 
 
 def aim_of(options: PlanOptions, sections: Trapezoids) -> Floats:
-    """Return the area to fill in each cross-section. Raises InputError if the plan aims below the crack's floor."""
+    """Return the area to fill in each section, (cells,). Raises InputError if the plan aims below the crack's floor."""
     aims_mm, shallowest_mm = options.aim_mm, float(sections.depth_mm.min())
     if aims_mm >= shallowest_mm:
         raise InputError(
@@ -144,7 +144,7 @@ def plan_on(
     limits_by: tuple[RobotCell | None, PumpTable | None] = (None, None),
     where: Path = Path("trial.toml"),
 ) -> Planned:
-    """Make a plan for a digitised crack. ``limits_by`` has the robot's cell and the table of its pump.
+    """Make a plan for a digitised crack. ``limits_by`` contains the robot's cell and the table of its pump.
 
     ``draws`` are trials with settings drawn from a posterior. Without draws, the plan is for the trial's own settings.
     Raises InputError if no plan is possible, and NumericalError if a particle run fails.

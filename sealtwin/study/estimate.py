@@ -73,7 +73,7 @@ def size_of(pour: Pour) -> RunSize:
 
 
 def checked_size(pour: Pour) -> tuple[RunSize, list[Fact]]:
-    """Return the size of a run, and doubts about its settings and about properties of the sealant that it cannot show.
+    """Return the size of a run, and warnings about its settings and about sealant properties that it cannot represent.
 
     Raises InputError if the settings cannot be used for the crack, if the path dispenses no sealant or more particles
     than are allowed, or if the sealant is too viscous for particles of this size.
@@ -146,7 +146,7 @@ def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
 def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
     """Return the time until all tasks are finished, in s.
 
-    ``busy_s`` has the remaining time of each process's current task, and ``waiting_s`` the time of each waiting task.
+    ``busy_s`` is the remaining time of each process's current task, and ``waiting_s`` the time of each waiting task.
     Waiting tasks are started in this order.
     """
     free = [*busy_s]

@@ -284,7 +284,7 @@ def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Fl
 
 
 def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
-    """Return the level at ``s_mm`` by the fast model, with inputs changed by ``steps``.
+    """Return the level that the fast model computes at ``s_mm``, (k,), with inputs changed by ``steps``.
 
     Raises InputError if an input is out of range.
     """
@@ -297,7 +297,7 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
 
 
 def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
-    """Return the change of each input. ``z`` has the changes in standard uncertainties.
+    """Return the change of each input. ``z`` gives the changes in standard uncertainties.
 
     The change of a viscosity applies to its logarithm. A yield stress and a wall angle do not become less than 0.
     """

@@ -122,7 +122,7 @@ def _bring_seeds_up_to_date(job: Job) -> bool:
 
 
 def check_run(job: Job) -> Profile | None:
-    """Check a trial as a run does before its first frame, and return the readings with their doubts.
+    """Check a trial as a run does before its first frame, and return the readings with the doubts about them.
 
     Digitises first if needed. If there is a simulated level, the readings are checked with it. Raises the same
     InputError as a run.

@@ -120,7 +120,7 @@ def compute_other_seeds(job: Job) -> bool:
 
 
 def _other_warnings(job: Job, base: Base, runs: list[StudyRun]) -> list[Fact]:
-    """Return the warnings about the fluid of the other runs, without those that the first run has too."""
+    """Return the warnings about the fluid of the other runs, without warnings that the first run also has."""
     keys = [fact.key for fact in fluid_warnings(base.run, record_files.read_simulation(job.path).volume_ratio)]
     others = {run.number + 1: without(run.figures.fluid_warnings, *keys) if run.figures else () for run in runs}
     return facts_of_runs(others, len(runs) + 1)
@@ -177,7 +177,7 @@ def vary(job: Job) -> bool:
 
 
 def _variants(base: Base, *, designed: bool) -> list[Variant]:
-    """Return the runs of each particle size, without those that the trial's seeds already give, and the design's runs.
+    """Return the runs of each particle size, without runs that the trial's seeds already give, and the design's runs.
 
     The runs with the finest particles take longest and come first, so that no process waits long for the last run. If
     ``designed`` is True, the runs of a factorial design follow. It changes each declared input by its standard

@@ -29,7 +29,7 @@ STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """Files of the stage digitise that later stages read."""
 OVERLAY, STRAIGHT = "overlay.png", "straight.png"  # Pictures of the stage digitise that the report shows
-OF_A_PATH = ("outline.json", "trajectory.csv")  # Files in DIGITISED that a path without a solid has
+OF_A_PATH = ("outline.json", "trajectory.csv")  # Files in DIGITISED that also exist for a path without a solid
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the stage simulate that validate reads
 FILES_OF_A_SAMPLE = ("file", "mask", "path")  # Settings of [photo] and [mesh] that name a file
 SEEDS = "simulate-seeds"

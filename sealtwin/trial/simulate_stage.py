@@ -17,7 +17,7 @@ from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, P
 
 CHECKPOINT = "checkpoint.npz"  # File with the checkpoint of an unfinished run
 FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
-"""Collection files that list the frames and the snapshots. Each is in the folder of these files."""
+"""Collection files that list the frames and the snapshots. Each is in the same folder as the files that it lists."""
 HEALTH = "health.csv"
 PROGRESS = "progress.json"
 

@@ -167,7 +167,7 @@ class Trial(Settings):
                     raise InputError(
                         f"path.weighed.density_kg_m3 is {weighed.density_kg_m3:g} and fluid.density_kg_m3 is "
                         f"{fluid.density_kg_m3:g}, but a sealant has only one density. Give the measured density in "
-                        "both places."
+                        "both keys."
                     )
         loaded = {"crack": crack, "path": self.path.loaded(folder), "fluid": fluid, "uncertainty": uncertainty}
         return self.model_copy(update=loaded)

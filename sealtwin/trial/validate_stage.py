@@ -236,13 +236,13 @@ def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
 
 
 def note_doubts(job: Job, readings: Profile) -> None:
-    """Show a warning for each doubt about the readings."""
+    """Show each doubt about the readings as a warning."""
     for question in readings.questions:
         job.progress.warn(doubt("readings.doubt", f"{question}", question.kind), "warning")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:
-    """Return the sheet of readings with its origin, or None without readings.
+    """Return the sheet of readings with its origin, or None if there are no readings.
 
     Raises InputError if the record of the origin is damaged.
     """
