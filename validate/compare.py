@@ -169,7 +169,8 @@ def error_uncertainty(
 ) -> ErrorUncertainty:
     """Return the intervals of the error that result from the readings, the numerics and the declared inputs.
 
-    ``volume_level_mm`` is the change of level due to volume that the numerics gained. None if it is unknown.
+    ``volume_level_mm`` is the change of level due to volume that the numerics gained. The change is None if it is
+    unknown.
     """
     of_readings = budget_of(measured, settings, declared, mouth)
     error = level_difference(simulated, measured)

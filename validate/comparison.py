@@ -229,15 +229,15 @@ class Comparison(JsonRecord):
     role: Role
     """Use of the readings: for calibrating the fluid, or held out."""
     fitted: tuple[str, ...] | None = None
-    """Dotted names of the settings that were fitted to these readings. Empty if none was fitted, None if it was not
-    declared."""
+    """Dotted names of the settings that were fitted to these readings. Empty if no setting was fitted, None if this was
+    not declared."""
     readings_data: DataKind
     """Origin of the readings. Only measured data can validate."""
     readings_dialect: str
     """Sentence that describes how the sheet of readings was interpreted."""
     means: Mapping[str, QuantityMean] = Field(default_factory=dict, exclude_if=lambda means: not means)
-    """Means of the other quantities in the sheet, such as the temperature, by quantity. Left out if the sheet has
-    none."""
+    """Means of the other quantities in the sheet, such as the temperature, by quantity. Left out if the sheet has no
+    other quantity."""
     photo_data: DataKind
     """Origin of the photo or the mesh."""
     escaped_particles: int
@@ -247,10 +247,10 @@ class Comparison(JsonRecord):
     outcome: Outcome = "open"
     """Result of the comparison, from the gate, the mean error and its 95 % interval."""
     passed: bool | None = None
-    """True if the mean error is within the gate. False if it exceeds the gate, or if a particle escaped. None without a
-    gate."""
+    """True if the mean error is within the gate. False if it exceeds the gate, or if a particle escaped. None if there
+    is no gate."""
     gate: Gate | None = None
-    """Limit that was declared before the run. None if none was declared."""
+    """Limit that was declared before the run. None if no limit was declared."""
     findings: Facts = ()
     """Conclusions that ASME V&V 20 allows, or the reason why it was not assessed. Without a verdict, only the declared
     errors that are not used."""

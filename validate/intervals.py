@@ -84,8 +84,8 @@ class MeanLevelBudget(JsonRecord):
     data_mm: float
     """Standard uncertainty due to the readings."""
     numerics_mm: float | None
-    """Standard uncertainty due to particle size, scatter of runs and changes of volume. None without runs at three
-    particle sizes."""
+    """Standard uncertainty due to particle size, scatter of runs and changes of volume. None if there are no runs at
+    three particle sizes."""
     inputs_mm: float | None
     """Standard uncertainty due to the declared inputs. None if no input was varied."""
     validation_mm: float

@@ -17,7 +17,7 @@ Value = float | int | str | None
 
 
 def sentence(key: str, **parts: Any) -> str:
-    """Return the text of a block on one line. ``parts`` has the values that the block uses, by name."""
+    """Return the text of a block on one line. ``parts`` contains the values that the block uses, by name."""
     return _rendered(key, parts)[0]
 
 

@@ -14,7 +14,7 @@ from sealtwin.core.records import Floats
 
 COMPONENTS = 5
 LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
-"""Bounds of the fit of a process: correlation lengths, as fractions of a setting's range, and amplitude and nugget, as
+"""Bounds for fitting a process: correlation lengths, as fractions of a setting's range, and amplitude and nugget, as
 fractions of the variance of the scores."""
 USUAL_LENGTH, FACTOR = 1.0, 3.0
 """Log-normal prior of the correlation lengths: its median, and one standard deviation as a factor. Without a prior, the
@@ -24,7 +24,7 @@ ROOT5 = np.sqrt(5.0)
 SLOPE, OF_A_RUN = 1.5, 0.5
 """Prior standard deviations of two quantities: the change of ln(variance) over a setting's range, and the deviation of
 a single run's ln(variance) from this trend."""
-MIN_MM2 = 1e-6  # Added to the mean squared residual of each run, which is 0 if a closed formula gives the level
+MIN_MM2 = 1e-6  # Added to the mean squared residual of each run. The residual is 0 if a formula gives the level.
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Processes:
     scores: Floats  # (n, k)
     length: Floats  # (k, d)
     variance: Floats  # (k,)
-    nugget: Floats  # (k,) variance of a single run about the process, if its relative variance is 1
+    nugget: Floats  # (k,) variance of a single run about the process, where its relative variance is 1
     relative: Floats  # (n,) variance of each run's scatter, divided by the nugget
     inverse: Floats  # (k, n, n), inverse of the scores' covariance
     weights: Floats  # (k, n)

@@ -33,17 +33,17 @@ class Free:
         return self.low > 0 and self.high >= LOG_RATIO * self.low
 
     def values(self, shares: Floats) -> Floats:
-        """Return the values of the setting at fractions of its range, from 0 to 1."""
+        """Return the values of the setting at fractions of its range, (n,), from 0 to 1."""
         if self.logarithmic:
             return self.low * (self.high / self.low) ** shares
         return self.low + (self.high - self.low) * shares
 
     def log_prior(self, shares: Floats) -> Floats:
-        """Return the logarithm of the prior density at fractions of the range, up to a constant."""
+        """Return the logarithm of the prior density at fractions of the range, (n,), up to a constant."""
         if self.measured is None:
             return np.zeros_like(shares)
         values, (middle, standard) = self.values(shares), self.measured
-        # On a log scale, equal steps of the share are steps in proportion to the value.
+        # On a log scale, equal steps of the fraction multiply the value by equal factors.
         return -(((values - middle) / standard) ** 2) / 2 + (np.log(values) if self.logarithmic else 0.0)
 
     @cached_property
@@ -176,7 +176,7 @@ def smooth_errors_mm2(s_mm: Floats, path_mm: tuple[float, float]) -> Floats:
 
 @dataclass(frozen=True)
 class BasisReach:
-    """Smallest residual that any weighted sum of the runs' components leaves in the readings, possible or not."""
+    """Smallest residual that a weighted sum of the runs' components leaves in the readings, for any weights."""
 
     residual_mm: float  # Root mean square residual at the stations
     noise_mm: float  # Root mean square over the stations of the standard uncertainty of reading minus run
@@ -222,7 +222,8 @@ class _Misfit:
         apart = (evidence.s_mm[:, None] - evidence.s_mm) / ALIKE_MM
         own_mm2 = discrepancy_mm**2 * np.exp(-(apart**2) / 2) + (evidence.smooth_mm2 if smooth else 0.0)
         root = np.linalg.cholesky(INFLATED**2 * evidence.covariance_mm2 + own_mm2 + 1e-8 * np.eye(len(apart)))
-        # In these coordinates this covariance is the unit matrix, and the scatter of runs, of any size, is diagonal.
+        # In these coordinates the covariance of the errors is the unit matrix, and the scatter of runs, of any size, is
+        # diagonal.
         scattered = np.linalg.solve(root, np.linalg.solve(root, INFLATED**2 * emulator.run_noise_mm2).T)
         self.scatter, turned = np.linalg.eigh((scattered + scattered.T) / 2)
         self.shapes = turned.T @ np.linalg.solve(root, emulator.basis_mm.T)
@@ -282,8 +283,8 @@ class Posterior:
         prior = sum(free.log_prior(column) for free, column in zip(self.frees, np.clip(points, 0, 1).T, strict=True))
         expected = self._expected(points)
         if self.smooth:
-            # Simulated levels of stiff paste scatter more, real ones do not: an even level is no evidence of runny
-            # paste.
+            # Simulated levels of stiff paste scatter more, but real ones do not, so an even level is no evidence of
+            # runny paste.
             expected = [(mean, variance, np.ones_like(relative)) for mean, variance, relative in expected]
         rows = []
         for size_mm, fits in zip(self.discrepancies_mm, self._misfits, strict=True):

@@ -95,7 +95,7 @@ class Calibrated:
     draws: Floats | None  # (500, d) in the unit cube. None if no setting reproduces the readings.
     best: Floats  # (d,)
     runs: int  # Number of runs of each trial
-    unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason of runs without a valid result
+    unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason, for each run without a valid result
     reaches: tuple[tuple[str, BasisReach], ...]
     least_implausibility: float
     mixing: float
@@ -152,7 +152,7 @@ class Calibrated:
 
     @property
     def advice(self) -> list[str]:
-        """Sentences that name settings which are not identified, and what to do about them."""
+        """Sentences that name the settings which are not identified, and state what to do about them."""
         sentences = [
             f"{_capital(marginal.free.label)} is not identified ({marginal.low:.3g} to {marginal.high:.3g}): measure "
             "it and remove it from --free, or calibrate on a second trial as well."

@@ -60,7 +60,7 @@ class Axis:
         return len(self.values) <= min(LEVELS, runs // 2)
 
     def spaced(self, values: Floats) -> Floats:
-        """Return the positions of values on the axis. On a logarithmic axis these are the logarithms."""
+        """Return the positions of values on the axis, (n,). On a logarithmic axis these are the logarithms."""
         return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
 
     def said(self, values: Floats | float) -> str:
@@ -113,7 +113,7 @@ class Excluded:
     number: int
     settings: Mapping[str, Any]
     reason: Fact
-    volume_ratio: float | None = None  # Settled volume, divided by the dispensed volume. None without a result.
+    volume_ratio: float | None = None  # Settled volume, divided by the dispensed volume. None if there is no result.
 
 
 @dataclass(frozen=True)
@@ -173,15 +173,15 @@ class Chart:
     excluded: tuple[Excluded, ...]
     readings: Profile
     total: int  # Number of runs of the study, including runs that repeat a pair
-    band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
+    band_mm: Floats  # Half-width of the 95 % band of all readings together, (n,)
     as_near: tuple[bool, ...]
-    """True for each run that cannot be distinguished from the best one. Without repeated runs, True only for the best
-    one."""
+    """True for each run that cannot be distinguished from the best run, (runs,). Without repeats, only for the best
+    run."""
     replicates: RepeatedPairs | None
-    screening: str = ""  # Sentence about the runs of the fast model. Empty if there are none.
+    screening: str = ""  # Sentence about the runs of the fast model. Empty if no run is of the fast model.
     unused: tuple[str, ...] = ()  # Sentences about declared errors that the readings contradict
     fluid_warnings: tuple[str, ...] = ()  # Sentences about faults of the runs' fluids
-    fitted: int = 2  # Number of settings fitted to these readings: the map's two, and those that the trial declares
+    fitted: int = 2  # Number of settings fitted to these readings: the map's two and the trial's declared ones
 
     @property
     def errors_mm(self) -> Floats:
@@ -217,12 +217,12 @@ class Chart:
 
     @property
     def pairs(self) -> Floats:
-        """Values of the two settings for each run, (n, 2)."""
+        """Values of the two settings for each run, (runs, 2)."""
         return np.array([run.values for run in self.runs])
 
     @property
     def places(self) -> Floats:
-        """Positions of the runs on the map, from 0 to 1 along each axis, (n, 2)."""
+        """Positions of the runs on the map, from 0 to 1 along each axis, (runs, 2)."""
         places = np.column_stack([axis.spaced(each) for axis, each in zip(self.axes, self.pairs.T, strict=True)])
         return (places - places.min(axis=0)) / np.ptp(places, axis=0)
 
@@ -284,7 +284,7 @@ class Chart:
 def as_near_as_the_best(
     runs: Sequence[HeldRun], readings: Profile, budget: Budget, scatter_mm: float
 ) -> tuple[bool, ...]:
-    """Return True for each run whose mean error cannot be distinguished from the smallest one.
+    """Return True, (runs,), for each run whose mean error cannot be distinguished from the smallest one.
 
     All runs are compared with the same random readings, drawn from the budget of the readings. An error of the readings
     changes the errors of similar runs equally, so their difference is far more certain than each error. ``scatter_mm``
@@ -313,7 +313,7 @@ def as_near_as_the_best(
 
 
 def chosen_few(chart: Chart) -> list[HeldRun]:
-    """Return about nine runs: those nearest to the lowest, best and highest value of each of the two settings.
+    """Return about nine runs: the runs nearest to the lowest, best and highest value of each of the two settings.
 
     If the best run's value is near an end of the range, the middle of the range is used instead.
     """

@@ -169,7 +169,7 @@ class FirstFigure:
             axes.plot(readings.s_mm, readings.level_mm, "o", color=MEASURED, markersize=5, label=name)
         if seeds is not None and prediction is None:
             draw_band(axes, s_mm, profile.level_mm, seeds.band_95_mm, SIMULATED, 0.3, BAND_NEXT)
-        # Over the bands, since no level is below the floor.
+        # Drawn over the bands, since no level is below the floor.
         draw_ground(axes, s_mm, floor_mm, low_mm)
         kind = "simulated" if prediction is None else "predicted"
         kind += "" if seeds is None else f", mean of {len(seeds.seeds)} runs"
@@ -232,6 +232,6 @@ def _title(axes: Axes, text: str, more: str, layout: FirstLayout) -> None:
 
 
 def _tens(length_mm: float) -> Floats:
-    """Return round positions along the crack, without any that the label of the length would cover."""
+    """Return round positions along the crack, (k,), except those that the label of the length would cover."""
     step = next(step for step in (5, 10, 20, 50, 100, 200, 500, 1000) if length_mm / step <= 10)
     return np.arange(0.0, length_mm - 0.4 * step, step)

@@ -47,10 +47,11 @@ def draw_levels(
     colour: str = SIMULATED,
     label: str = "simulated",
 ) -> Figure:
-    """Draw levels along a crack on ``axes``. Give ``profile``, ``readings`` or both, and call it inside ``themed``.
+    """Draw levels along a crack on ``axes``. Call this function inside ``themed``.
 
-    The floor of the crack needs ``sections``, and the band of the readings needs ``comparison``. ``colour`` and
-    ``label`` are for the simulated level. Without a ``title`` the axes keep their own title and a plain legend.
+    Give ``profile``, ``readings`` or both. The floor of the crack needs ``sections``, and the band of the readings
+    needs ``comparison``. ``colour`` and ``label`` are for the simulated level. Without a ``title`` the axes keep their
+    own title and a plain legend.
     """
     curves = [curve for curve in (profile, readings) if curve is not None]
     s_mm, bottom_mm = curves[0].s_mm, min(float(curve.level_mm.min()) for curve in curves) - 1.5
@@ -116,7 +117,7 @@ def draw_histogram(comparison: Comparison) -> Figure:
 
 @themed()
 def draw_distribution(profile: Profile, readings: Profile, comparison: Comparison) -> Figure:
-    """Draw the fraction of the crack's length on which the error is at most x. It is exact between stations."""
+    """Draw the fraction of the crack's length on which the error is at most x, exact between stations."""
     axes = plate(2.9).add_subplot()
     size, within_mm = level_difference(profile, readings).size, np.linspace(0.0, comparison.worst_error_mm, 200)
     shares = [100 * size.share_below(limit_mm) for limit_mm in within_mm[:-1]] + [100.0]

@@ -46,7 +46,7 @@ from validate.figures.theme import (
 )
 from validate.units import percent, setting_words, signed
 
-MAX_ROWS = 200  # Largest number of rows on the page, best runs first. The CSV has all rows.
+MAX_ROWS = 200  # Largest number of rows on the page, best runs first. The CSV contains all rows.
 ERRORS = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
     "bias (mm)": ("bias_mm", partial(signed, decimals=3)),
@@ -141,7 +141,7 @@ def _levels(chart: Chart) -> Plot:
 
 
 def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
-    """Return the map of the errors. The table of all runs has the numbers."""
+    """Return the map of the errors. Its numbers are in the table of all runs."""
     draw = partial(draw_error_map, chart, [fill.run for fill in fills])
     letters = "; letters mark the runs that are drawn below" if fills else ""
     if chart.has_surface:
@@ -327,7 +327,7 @@ def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
         letter = letters.get(run.number, "")
         style: Any = {"textcoords": "offset points", "ha": "center"}
         if surface:
-            # Toward the middle, since title and colour bar are at the edges.
+            # Labels are toward the middle, since title and colour bar are at the edges.
             style |= {"va": "center", "fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
             axes.annotate(letter, run.values, tuple(np.where(position > 0.5, -11, 11)), **style)
         else:

@@ -77,7 +77,7 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
 def add_bar(figure: Figure, scale: ColourScale, axes: Axes | Sequence[Axes], **layout: Any) -> None:
     """Draw a colour bar for ``axes``. In a plate, the bar is below the labels of the axes.
 
-    The bar of speeds ends in an arrow, which stands for all lower values.
+    The bar of speeds ends in an arrow, which represents all lower values.
     """
     if figure.get_layout_engine() is None:
         inch = 1 / (figure.get_figheight() - HEAD_IN - FOOT_IN)
@@ -129,7 +129,7 @@ class Views:
         for artist in (face, mortar):
             axes.add_artist(artist)
         for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
-            # At an oblique open end they continue past the sample's edge.
+            # At an oblique open end the walls continue past the sample's edge.
             axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, zorder=WALLS)[0].set_clip_path(face)
         mortar.set_clip_path(face)
         order = np.argsort(position_mm[:, 2], kind="stable")
@@ -196,7 +196,7 @@ def draw_solid_across(axes: Axes, solid: Solid, foot_mm: Floats, ahead: Floats, 
 
 
 def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floats) -> list[Floats]:
-    """Cut a mesh with the upright plane through ``foot_mm`` that is perpendicular to the unit vector ``ahead``.
+    """Cut a mesh with the vertical plane through ``foot_mm`` that is perpendicular to the unit vector ``ahead``.
 
     Returns closed rings, (n, 2) each, in mm: the distance to the right of ``foot_mm``, and the height z.
     """

@@ -57,7 +57,7 @@ STYLE: Any = {
     "axes.titlesize": 10.0,
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
-    # No figure has ticks at its top; without a fixed place, Matplotlib measures all labels to look for them.
+    # No figure has ticks at its top. Without a fixed position of titles, Matplotlib would measure all labels.
     "axes.titley": 1.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -82,7 +82,7 @@ STYLE: Any = {
 
 @contextmanager
 def themed() -> Iterator[None]:
-    """Apply the style. Draw and write figures inside this context, because Matplotlib reads most of a style late."""
+    """Apply the style. Draw and write figures inside this context: Matplotlib reads most of a style when drawing."""
     with rc_context(STYLE):
         yield
 

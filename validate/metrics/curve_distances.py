@@ -72,11 +72,11 @@ class Difference(PiecewiseLinear):
         x = np.unique(np.concatenate([x_a, x_b]))
         x = x[(x >= low) & (x <= high)]
         value = np.interp(x, x_a, y_a) - np.interp(x, x_b, y_b)
-        # Rounding would move a crossing at a station to the side.
+        # Rounding would move a crossing that is exactly at a station.
         value[np.abs(value) < ROUNDING * np.abs(value).max()] = 0.0
         crosses = np.sign(value[:-1]) * np.sign(value[1:]) < 0
         first, last = value[:-1][crosses], value[1:][crosses]
-        # A crossing that rounds onto a station would double it; so close to one it adds no area.
+        # A crossing that rounds to a station would be a second point there. So close to a station, it adds no area.
         crossing = np.setdiff1d(x[:-1][crosses] + np.diff(x)[crosses] * (first / (first - last)), x)
         order = np.argsort(np.concatenate([x, crossing]), kind="stable")
         value = np.concatenate([value, np.zeros(len(crossing))])[order]
@@ -129,7 +129,7 @@ def compared_stations(simulated: Profile, measured: Profile) -> ComparedStations
 
 
 def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
-    """Return points sorted by x. Raises InputError if they are not a function of x."""
+    """Return points sorted by x, (n,) each. Raises InputError if they are not a function of x."""
     x, y = np.array(x, dtype=float), np.array(y, dtype=float)
     if x.ndim != 1 or x.shape != y.shape or len(x) < 2:
         raise InputError(
@@ -197,7 +197,7 @@ def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: flo
 
 
 def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return the stations and levels of a part of a profile, with interpolated ends."""
+    """Return the stations and levels of a part of a profile, (n,) each, with interpolated ends."""
     inner = profile.s_mm[(profile.s_mm > low) & (profile.s_mm < high)]
     s_mm = np.concatenate([[low], inner, [high]])
     return s_mm, profile.level_at_mm(s_mm)

@@ -55,10 +55,10 @@ def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count:
 
 
 def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
-    """Return the polynomial of ``count`` coefficients with the smallest mean absolute difference, at each x.
+    """Return the polynomial of ``count`` coefficients with the smallest mean absolute difference, at each x, (n,).
 
-    It solves a linear programme: minimise the sum of w t with |P c - level| <= t at each x. P are Legendre polynomials,
-    c the coefficients, w the weights and t the bounds of the differences.
+    The polynomial is the solution of a linear programme: minimise the sum of w t with |P c - level| <= t at each x. P
+    are Legendre polynomials, c the coefficients, w the weights and t the bounds of the differences.
     """
     from numpy.polynomial.legendre import legvander
     from scipy.optimize import linprog

@@ -50,7 +50,7 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
     """Return the area of the face in mm2 under the discs of the particles that rest on it."""
     x_min, y_min, x_max, y_max = solid.block_mm
     corner_mm = np.array([x_min, y_min])
-    # Cells of the block's upper side outside the mouth, rows along y.
+    # Cells of the block's upper side outside the mouth. Rows are along y.
     on_face = np.zeros([int((y_max - y_min) / CELL_MM) + 1, int((x_max - x_min) / CELL_MM) + 1], np.uint8)
     triangles_mm = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]
     for triangle in np.rint((triangles_mm - corner_mm) / CELL_MM).astype(np.int32):
@@ -68,8 +68,8 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
 def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, volume_ratio: float) -> float:
     """Return the change of level due to volume that the numerics gained. It is negative if they lost volume.
 
-    It is this volume divided by the area of the fluid's surface, which has two parts: the area of the crack at the
-    level, and the area of the face that sealant covers outside the mouth.
+    The change is this volume divided by the area of the fluid's surface, which has two parts: the area of the crack at
+    the level, and the area of the face that sealant covers outside the mouth.
     """
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
     if not run.has_particles:
@@ -105,7 +105,8 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
 def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
     """Return the flat level of a volume in the whole crack, like water between dams at both ends.
 
-    It depends only on the volume and the crack. A simulation also models the flow, so its error should be smaller.
+    The level depends only on the volume and the crack. A simulation also models the flow, so its error should be
+    smaller.
     """
     from scipy.optimize import root_scalar
 
@@ -142,7 +143,7 @@ SMOOTHED_MM = 5.0  # Length along the crack over which the walls' slope under th
 
 @dataclass(frozen=True)
 class CavityByLevel:
-    """Horizontal areas of the cavity by level, in bins along the crack. Between levels an area is linear.
+    """Horizontal areas of the cavity by level, in bins along the crack. Between two levels, an area changes linearly.
 
     Each point of the cavity belongs to the bin of the main crack that is nearest to it through the cavity. A side crack
     belongs to the bin of its root, and the space beyond an end of the main crack to the bin at this end. The bins
@@ -193,7 +194,7 @@ class CavityByLevel:
         return np.cumulative_sum(layers_mm3, axis=1, include_initial=True)
 
     def _places(self, level_mm: Floats) -> tuple[Integers, Floats]:
-        """Return for each bin the index of the next lower level, and the fraction of the layer below ``level_mm``."""
+        """Return the next lower level's index, and the fraction of the layer below ``level_mm``, (k,) each, by bin."""
         before = np.searchsorted(self.levels_mm, level_mm, side="right") - 1
         before = np.clip(before, 0, len(self.levels_mm) - 2)
         step_mm = np.diff(self.levels_mm)[before]
@@ -224,7 +225,7 @@ class _Raster:
     shape: tuple[int, int]  # rows, columns
 
     def areas(self, rings: Iterable[Floats]) -> Floats:
-        """Return the area of a region in each cell, row by row, as fractions of a cell."""
+        """Return the area of a region in each cell, row by row, as fractions of a cell, (cells,)."""
         return cell_areas(((np.asarray(ring) - self.origin_mm) / self.cell_mm for ring in rings), self.shape).ravel()
 
     def middles_mm(self, cells: Integers) -> Floats:
@@ -274,7 +275,7 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
 
 
 def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Floats:
-    """Return for each cell the arc length of the nearest point on the main crack, row by row, or -1 outside the crack.
+    """Return for each cell the arc length of the nearest point on the main crack, or -1 outside the crack, (cells,).
 
     A cell that is partly between the walls counts as main crack, because a gap next to a stone may contain no whole
     cell.
@@ -346,7 +347,7 @@ def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
 
 
 def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
-    """Return the levels just below and above horizontal facets, for the heights with the largest facet areas."""
+    """Return the levels just below and above horizontal facets, (k,), for the heights with the largest facet areas."""
     corners_mm = solid.vertices_mm[solid.faces]
     low_mm, high_mm = corners_mm[:, :, 2].min(axis=1), corners_mm[:, :, 2].max(axis=1)
     flat = (high_mm - low_mm < LEVEL_MM) & (low_mm > -solid.depth_mm - BESIDE_MM) & (high_mm < -BESIDE_MM)

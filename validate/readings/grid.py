@@ -47,7 +47,7 @@ SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNO
 class Cell(NamedTuple):
     text: str  # Content without surrounding blanks. A workbook's numbers have a decimal point and up to 15 digits.
     kind: Kind = "text"
-    unit: str = ""  # Text that a number's format shows behind it, such as "cm" or "%"
+    unit: str = ""  # Text that a number's format shows after the number, such as "cm" or "%"
     is_formula: bool = False  # True if a formula gives the content
     is_struck: bool = False
     colours: str = ""  # Colours of fill and font. Empty for black on white.
@@ -123,7 +123,7 @@ class Grid:
                 yield f"{sheet}, row {row}", " ".join(words)
 
 
-class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
+class SheetFaults(InputError):  # noqa: N818  The class contains all questions about a sheet, not one error.
     """All questions about a sheet in one error, and the sheet as far as it was understood."""
 
     def __init__(self, doubts: Sequence[Doubt], understood: ReadSheet | None = None) -> None:
@@ -258,7 +258,7 @@ def _fields(text: str, mark: str) -> dict[int, list[str]]:
 
 
 def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
-    """Return the sheet ``wanted``, or the only visible sheet with a table. If there is none, ask for it."""
+    """Return the sheet ``wanted``, or the only visible sheet with a table. Unless there is exactly one, ask for it."""
     filled = [sheet for sheet in sheets if sheet.rows]
     if not filled:
         finding = "the file has no readings: all sheets are empty, or it was saved as Strict Open XML."
@@ -273,9 +273,9 @@ def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
     if len(chosen) != 1:
         finding += f" {listed([quoted(f'{sheet.sheet}') for sheet in named])}."
         doubts = (Doubt("sheet", Location(Path(as_text(path))), finding, answers={"sheet": None}),)
-    # The first one stands in, so that what else is open is asked at the same time.
+    # The first sheet is used meanwhile, so that all other questions are asked at the same time.
     sheet = (chosen or named)[0]
-    # Sheets that may have the readings of another sample are no remarks on this one.
+    # Sheets that may contain the readings of another sample do not count as remarks on this sample.
     others = [other for other in sheets if other is not sheet and (other.is_hidden or other not in tables)]
     elsewhere = [*sheet.elsewhere, *(text for other in others for text in other.all_texts())]
     rows = {row: dict(sorted(cells.items())) for row, cells in sorted(sheet.rows.items())}

@@ -37,7 +37,7 @@ STEADY_MM = 0.033  # Spread of repeats too small for mm read by hand, but usual 
 FINEST_MM = 0.0015  # Last digit in mm that a caliper does not show, but cm with three decimals entered as mm do
 COVERED = 0.8  # Volumes are compared if the outer stations are at least this fraction of the crack apart
 VOLUME_OFF = 0.14  # Smallest |ln| of the ratio of volumes that is suspicious
-VOLUME_MET = 0.4  # A mistake explains the ratio if less than this part of the logarithm remains without it
+VOLUME_MET = 0.4  # A mistake explains the ratio if its correction leaves less than this fraction of the logarithm
 OFFSET_MM = 2.5  # Smallest constant offset that a volume can show
 OFFSET_SHARE = 0.12  # Same offset as a fraction of the depth
 NEARER, NEARER_MM = 0.6, 0.8
@@ -50,7 +50,7 @@ REMEDIES = {
     "outlier": "Correct it, or clear it if it stands for a missing reading.",
     "mean row": "Remove it from the table.",
     "repeat": "Remove it from the repeats.",
-    "span": "Correct the unit in the header; a place is a distance in mm, not a count of stations.",
+    "span": "Correct the unit in the header; a position is a distance in mm, not a count of stations.",
     "unit": "Correct the unit in the header.",
     "sign": "Correct the header: level counts upward from the face, depth downward.",
     "datum": "Measure from the face.",
@@ -113,7 +113,7 @@ class SheetAndCrack(NamedTuple):
     filling: Filling | None = None
 
     def profile_mm(self) -> tuple[Floats, Floats]:
-        """Return s and median level of the stations with a reading.
+        """Return s and median level, (k,) each, of the stations with a reading.
 
         Returns empty arrays for fewer than three stations.
         """
@@ -157,7 +157,7 @@ def _names(cells: ReadCells, i: Any, j: Any) -> tuple[str, ...]:
     columns = [letters(column) for column in cells.columns.tolist()]
     if i is ALL and columns.count(columns[j[0]]) == 1:
         return (columns[j[0]],)
-    # With one row a reading, a repeat has no column: its first cell stands for it.
+    # If each reading has its own row, a repeat has no column. Its first cell then represents it.
     i = np.argmax(~np.isnan(cells.readings_mm[:, j[0]])) if i is ALL else i
     return tuple(f"{columns[each]}{cells.rows[i, each]}" for each in j)
 
@@ -201,14 +201,14 @@ def short_spans(sheet: SheetAndCrack) -> Iterator[Finding]:
     if length_mm is not None and len(s_mm) > 2:
         counts, span_mm = np.allclose(np.diff(s_mm), 1.0), np.ptp(s_mm)
         if span_mm < (COUNTED if counts else SPAN) * length_mm:
-            yield Finding("span", f"all places are within {span_mm:.3g} mm, but the crack is {length_mm:.3g} mm long.")
+            yield Finding("span", f"all positions are within {span_mm:.3g} mm; the crack is {length_mm:.3g} mm long.")
 
 
 def mean_rows(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the row that is the mean of all other rows in every column."""
     values_mm, s_mm, rows = sheet.cells.readings_mm, sheet.cells.s_mm, sheet.cells.rows.min(axis=1)
     chance = _mean_chances(values_mm, sheet.cells.digits_mm, spread_mm(values_mm))
-    # Unlike a row in the order of s, a row elsewhere with the mean place is a mean, however few columns show it.
+    # A row that is out of the order of s and has the mean position is a row of means, however few columns show it.
     is_moved = (np.roll(rows, 1) - rows) * (rows - np.roll(rows, -1)) < 0
     is_moved &= np.abs(s_mm - s_mm.mean()) < PLACE_MM
     for i in np.flatnonzero(chance < np.where(is_moved, np.inf, CHANCE))[:1].tolist():
@@ -253,7 +253,7 @@ def outliers(sheet: SheetAndCrack) -> Iterator[Finding]:
     # Of two readings, either may be wrong.
     odd |= (scatter_mm > SCATTER_SD * sd_mm) & (2 * off_mm > scatter_mm)
     level_mm = np.interp(range(len(level_mm)), stations, level_mm[stations])
-    # At an end the level may go on to rise or fall.
+    # At an end the level may continue to rise or fall.
     padded_mm = np.pad(level_mm, 1, "edge")
     low_mm, high_mm = np.sort([padded_mm[:-2], padded_mm[2:]], axis=0)
     away_mm = np.maximum(low_mm - level_mm, level_mm - high_mm)
@@ -320,7 +320,7 @@ def other_direction(sheet: SheetAndCrack) -> Iterator[Finding]:
         return
     places_mm = np.stack([s_mm, filling.outline.length_mm - s_mm])
     errors_mm = np.interp(places_mm, run.s_mm, run.level_mm) - level_mm
-    # A constant offset contains no information on the direction.
+    # A constant offset contains no information about the direction of s.
     read_mm, turned_mm = np.abs(errors_mm - np.median(errors_mm, axis=1, keepdims=True)).mean(axis=1)
     if turned_mm < NEARER * read_mm and read_mm - turned_mm > NEARER_MM:
         sentence = f"the readings are {read_mm:.2g} mm from the simulated level; from the other end, {turned_mm:.2g}."

@@ -104,7 +104,7 @@ class _Numbers:
         self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by fault, then by cell
 
     def reading(self, row: int, column: Column, cell: Cell) -> Reading:
-        """Return the number in a cell as a reading of a row. Returns NaN if it is missing or cannot be read.
+        """Return the number in a cell as a reading of a row. Returns NaN if the number is missing or cannot be read.
 
         The fault of a cell that cannot be read is noted.
         """
@@ -178,7 +178,7 @@ def _has_readings(table: Table, row: int) -> bool:
 def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dict[float, dict[str, Reading]]:
     """Return the readings at each s, by the number of the repeat. Ask about rows without a position of their own.
 
-    ``stations`` has the cell that gives the position of each row.
+    ``stations`` contains the cell that gives the position of each row.
     """
     column, repeat = table.station or Column(0, Role.STATION), table.repeat
     by_s, nearest = dict[float, dict[str, Reading]](), dict[float, float]()
@@ -203,11 +203,11 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
             twice.append(name)
     numbers.report()
     if blank:
-        remedy = "If these are repeats of the place above, confirm it. Otherwise write a place into every row."
+        remedy = "If these are repeats of the position above, confirm it. Otherwise write a position into every row."
         answers = {CONFIRMS: ["repeats"], **skipping(table, blank)}
-        table.ask("place", f"{listed(blank)}: the readings have no place.", remedy, answers, blank, stops=True)
+        table.ask("place", f"{listed(blank)}: the readings have no position.", remedy, answers, blank, stops=True)
     if twice:
-        finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
+        finding = f"the positions in {listed(twice)} occur twice, or with the same number of a repeat."
         remedy = "Correct them, or name the column that numbers the repeats (repeat)."
         answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(table, twice)
         table.ask("twice", finding, remedy, answers, twice, stops=True)
@@ -240,19 +240,19 @@ def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCell
 
 
 def _declared_places(table: Table, numbers: list[float]) -> list[float]:
-    """Return the positions that the settings give for the station numbers, or the numbers if the settings give none."""
+    """Return the positions that the settings give for the station numbers, or the numbers if there are none."""
     places, count = table.chosen.places, len(numbers)
     if not isinstance(places, tuple) or count < 2:
         return numbers
     if len(places) not in (2, count):
-        finding = f"places has {len(places)} numbers, but {count} places have readings."
-        table.ask("places", finding, "Give the first and the last place, or all.")
+        finding = f"places has {len(places)} numbers, but {count} positions have readings."
+        table.ask("places", finding, "Give the first and the last position, or all.")
         return numbers
     return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
 
 
 def _means(table: Table, mark: Decimal | None, cells: ReadCells) -> Iterator[tuple[str, QuantityMean]]:
-    """Yield the means of the other quantities over the stations read, and ask about cells that are left out."""
+    """Yield the means of the other quantities over stations with readings, and ask about cells that are left out."""
     for role in QUANTITIES:
         columns = [column for column in table.others.values() if column.role is role]
         if columns[1:]:
@@ -299,7 +299,7 @@ def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[in
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:
     """Ask about positions outside the crack, (n,), and about impossible levels, (n, r)."""
-    # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
+    # The length is uncertain by about a millimetre, or by a fraction of it due to the scale, and the last station may
     # be at the crack's end. At the beginning the scale has no effect.
     end_mm = LONGEST_MM if length_mm is None else length_mm
     outside = np.flatnonzero((cells.s_mm < -SLACK_MM) | (cells.s_mm > end_mm + max(SLACK_MM, 0.03 * end_mm)))

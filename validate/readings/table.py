@@ -57,11 +57,11 @@ class Column:
 
 @dataclass
 class Table:
-    """The table of readings in a sheet. If a question asks for a column, the most likely one is used meanwhile."""
+    """The table of readings in a sheet. If a question asks for a column, the most likely column is used meanwhile."""
 
     grid: Grid
     declared: Declared
-    span: tuple[range, range]  # Columns and rows of the part of the sheet that has the table
+    span: tuple[range, range]  # Columns and rows of the part of the sheet that contains the table
     part: Rows  # Cells of these columns, down to the last of these rows
     header: Header
     body: list[int]  # Rows with cells below the header
@@ -71,7 +71,7 @@ class Table:
     repeat: Column | None = None
     others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to have another role
     unclear: list[int] = field(default_factory=list[int])  # Columns that may be the answer to a question
-    stands_in: bool = False  # True if columns were chosen that no name and no setting gives
+    stands_in: bool = False  # True if columns were chosen although no name and no setting gives them
 
     @property
     def chosen(self) -> Columns:
@@ -99,7 +99,7 @@ class Table:
         *,
         stops: bool = False,
     ) -> None:
-        """Add a question about the sheet or one of its rows. With an answer ``as_written`` it is only a doubt."""
+        """Add a question about the sheet or one of its rows. If ``answers`` has ``as_written``, it is only a doubt."""
         self.doubts.append(Doubt(kind, self.grid.location(row), finding, remedy, answers or {}, tuple(cells), stops))
 
     def confirms(self, entry: str) -> bool:
@@ -129,7 +129,7 @@ def find_table(grid: Grid, declared: Declared) -> Table:
     Questions about the sheet are added to its doubts. If a column is unclear, the most likely one is used meanwhile, so
     that all other questions can be asked at the same time.
     """
-    # Without a range, or an end of it, all columns and rows
+    # Without a range, or without one of its ends, all columns and rows count
     left, top, right, bottom = SPAN.findall((declared.columns or Columns()).range or ":")[0]
     columns = range(max(0, column_of(left)), (column_of(right) if right else MAX_COLUMNS) + 1)
     rows = range(int(top or 1), int(bottom or MAX_FILE_ROWS) + 1)
@@ -155,14 +155,14 @@ def find_header(part: Rows, top: int) -> Header:
     """
     rows = [*part]
     start, end = bisect_left(rows, top), len(rows)
-    # A part without a header has that of the rows above it.
+    # A part without a header uses the header of the rows above it.
     for index in (*range(start, min(start + FIRST_ROWS, end)), *range(start - 1, -1, -1)):
         # Rows with units and with the numbers of repeats belong to the header above them.
         for count in range(MAX_ROWS, 0, -1):
             header = rows[index : index + count]
             if names := _names_if_header([part[row] for row in header]):
                 return Header(tuple(header), names, max(header[-1] + 1, top))
-    # Without known names, it is the rows of texts above the first row with numbers.
+    # Without known names, the header is the rows of texts above the first row with numbers.
     first = next((row for row in rows[start:] if _has_numbers(part[row])), rows[start] if start < end else top)
     above = reversed(range(first - MAX_ROWS, first))
     texts = takewhile(lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]), above)
@@ -215,7 +215,7 @@ def _has_numbers(cells: Mapping[int, Cell]) -> bool:
 
 @lru_cache(maxsize=50_000)
 def numeric(cell: Cell) -> tuple[str, str] | None:
-    """Return the number of a cell and the unit behind it, both as text. Returns None for any other cell."""
+    """Return the number of a cell and the unit after it, both as text. Returns None for any other cell."""
     if cell.kind == "number" or (cell.kind == "text" and number(cell.text) is not None):
         return cell.text, cell.unit
     match = QUANTITY.fullmatch(cell.text) if cell.kind == "text" else None
@@ -298,7 +298,7 @@ def _problems(
     """Yield what is unclear about the columns, as parts of a sentence."""
     meanings = [*map(table.what, readings)]
     if len(stations) != 1 or {*stations} & {*readings}:
-        yield f"{table.named(stations) or 'no column'} is the place along the crack"
+        yield f"{table.named(stations) or 'no column'} gives the position along the crack"
     if not readings:
         yield "no column is named as a reading"
     if unknown:
@@ -327,7 +327,7 @@ def _stand_ins(
     kinds = {column: (table.what(column).unit, table.what(column).quantity) for column in named}
     named = [column for column in named if kinds[column] == kinds[named[0]]]
     answers["columns.levels"] = [*map(letters, named)] or None
-    remedy = "Name the columns of places and readings by their letters. Transpose a table of rows in a copy."
+    remedy = "Name the columns of positions and readings by their letters. Transpose a table of rows in a copy."
     table.ask("columns", finding, remedy, answers)
     return stations, named or [column for column in likely if column not in stations]
 

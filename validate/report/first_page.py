@@ -52,7 +52,7 @@ def _where_off(evidence: Evidence) -> str:
 
 
 def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
-    """Return the reservations of the first page. All cautions after the first are shown below the page."""
+    """Return the warnings of the first page. All cautions after the first are shown below the page."""
     labels = [("Check first:", fault.text) for fault in faults(evidence)[:1]]
     if evidence.comparison is not None and not evidence.comparison.basis.enough_readings:
         labels.append(("Verdict:", evidence.comparison.headline[0].text))

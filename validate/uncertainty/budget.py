@@ -149,7 +149,7 @@ class Budget:
     def profile_band_mm(self) -> Floats:
         """Half-width of the band that contains the levels at all stations in 95 % of cases, (n,).
 
-        It is the band of single stations, multiplied by one factor: the 95 % quantile of the largest ratio (max-t,
+        This is the band of single stations, multiplied by one factor: the 95 % quantile of the largest ratio (max-t,
         Montiel Olea & Plagborg-Møller 2019, J. Appl. Econom. 34:1).
         """
         positive = self.band_mm > 0
@@ -187,7 +187,7 @@ class Budget:
 
         x, mean_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
         off_mm = self.along_mm(curve)
-        # The bed between stations is assumed straight, as in the mean error.
+        # The measured level between stations is assumed straight, as in the mean error.
         middle_mm = curve.hat @ np.median(self.at_stations_mm, axis=0)
         off_mm, likely = off_mm - middle_mm, curve.error_mm + middle_mm
         likely_mm = float(mean_absolute(x, likely))
@@ -234,7 +234,7 @@ class Budget:
         return BudgetSummary(parts=parts, missing=missing, scatter_known=self.scatter_known, notes=notes)
 
     def _allowed(self, component: Component, curve: Curve) -> Fact:
-        """Return the doubt about an undeclared error that the data cannot exclude."""
+        """Return a warning about an undeclared error that the data cannot exclude."""
         with_it, without = (
             budget.mean_mm(curve.weights())
             for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not component))
@@ -278,7 +278,7 @@ def uniforms(name: str, columns: int, draws: int = DRAWS) -> Floats:
 
 
 def chi_squared(share: float | Floats, freedom: float) -> Any:
-    """Return quantiles of a chi-squared distribution. ``scipy.stats`` has them too, but takes 0.5 s to import."""
+    """Return quantiles of a chi-squared distribution. ``scipy.stats`` also contains them, but takes 0.5 s to import."""
     from scipy.special import gammaincinv
 
     return 2 * gammaincinv(freedom / 2, share)

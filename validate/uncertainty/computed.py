@@ -68,7 +68,7 @@ class Inputs:
             draws_mm = z * straight_mm + z**2 * curved_mm
             components.append(self._component(LABELS["inputs"][name][0], draws_mm, f"uncertainty.{name}"))
         if runs := len(self.together_mm):
-            # Shuffled, so that these runs are independent of the draws of single inputs.
+            # The runs are shuffled, so that they are independent of the draws of single inputs.
             order = np.random.default_rng(stations).permutation(np.arange(draws_for(stations)) % runs)
             components.append(self._component("inputs together", self.together_mm[order], ""))
         return components
@@ -162,7 +162,7 @@ class Replicates:
     def size_errors(self, draws: int) -> Floats:
         """Return draws of the discretisation error at the middle size, (draws, k).
 
-        For a given p, they follow Student's t distribution, with the covariance that the k results have in the
+        For a given p, the draws follow Student's t distribution, with the covariance that the k results have in the
         residuals.
         """
         error, squares, lack = self._fits(self.orders(draws))
@@ -215,7 +215,7 @@ class Replicates:
 
 
 def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) -> SizeSeries:
-    """Return the record of one result at three particle sizes. ``values`` has the result of each run at each size."""
+    """Return the record of one result at three particle sizes. ``values`` are the runs' results, by size."""
     replicates = Replicates(radii_mm, [np.array(runs)[:, None] for runs in values])
     draws = draws_for(1)
     low, high = np.quantile(replicates.orders(draws), (0.025, 0.975))
@@ -289,16 +289,16 @@ class Spread:
     sizes: tuple[SizeRuns, SizeRuns, SizeRuns] | None
     """Runs at three particle sizes: finer, the trial's size (the trial's run comes first) and coarser. None for the
     fast model."""
-    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
+    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, computed with particles
     effect_scatter_mm: float | None
     """Standard deviation of an effect due to the scatter of single runs. None if it was not computed."""
-    design_radius_mm: float | None  # Particle radius in the runs that gave the effects. None without such runs.
-    draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
+    design_radius_mm: float | None  # Particle radius in the runs that gave the effects. None if there are no such runs.
+    draws: InputDraws | None = None  # Runs of the fast model with varied inputs, used instead of ``effects``
     fast_mm: Numbers | None = None
     """Level computed by the fast model at ``s_mm``. None if that model is not valid here, or if it computed the trial's
     level."""
     unfit: Facts = ()  # Reasons why the fast model is not valid for the case
-    mean_of: int = 1  # Number of runs whose mean is the level. It is a setting of the trial, not in the file.
+    mean_of: int = 1  # Number of runs whose mean is the level. Not in the file, since it is a setting of the trial.
 
     def __post_init__(self) -> None:
         """Raise InputError if runs of one size are copies of each other."""
@@ -307,7 +307,7 @@ class Spread:
             require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
 
     def at(self, s_mm: Floats) -> Replicates | None:
-        """Return the levels of the runs at each size, interpolated at ``s_mm``. Returns None without such runs."""
+        """Return the levels of the runs at each size, interpolated at ``s_mm``. Returns None if there are none."""
         if self.sizes is None:
             return None
         levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
@@ -365,7 +365,7 @@ def further_run_mm2(levels_mm: Floats, mean_of: int) -> float:
 def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: str) -> None:
     """Raise InputError if two runs with different seeds have bit-identical levels.
 
-    ``names`` has the name of each level's run. The message begins with ``where``.
+    ``names`` contains the name of each level's run. The message begins with ``where``.
     """
     for (name, level_mm), (other, other_mm) in combinations(zip(names, levels_mm, strict=True), 2):
         if np.array_equal(level_mm, other_mm):

@@ -184,7 +184,8 @@ def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans,
 
 
 ALIKE_MM = 15.0
-"""Correlation length, in mm, of an error that all repeats share: the length over which a level rises and falls."""
+"""Correlation length, in mm, of an error that is the same for all repeats: the length over which a level rises and
+falls."""
 SLOPE_ERROR = 0.8
 """Standard deviation of the slope at a station, divided by the mean change of slope at the station and its neighbours.
 With this value, bands for tips of 2 to 4 mm contain 94 to 99 % of stations."""
@@ -214,7 +215,8 @@ def _hidden_errors(
         size_mm = USUAL_SIZES.get(name, UNDECLARED_MM) if value is None else value
         (missing if value is None else present).append(_error(name, size_mm, measured.s_mm, height_mm))
     if settings.rounding != "nearest":
-        # The error of the last digit is the rest of the rounding. Toward zero, a level at the datum stays.
+        # The error of the last digit covers the rest of the rounding. Rounding toward zero leaves a level at the datum
+        # unchanged.
         toward = {"down": 1.0 if measured.is_depth else -1.0, "toward_zero": -np.sign(height_mm)}
         shift_mm = step_mm / 2 * toward[settings.rounding] if settings.rounding else UNDECLARED_MM
         draws_mm = shift_mm * np.ones((draws_for(stations), stations))
@@ -229,7 +231,7 @@ def _hidden_errors(
 def _slopes(s_mm: Floats, level_mm: Floats) -> tuple[Floats, Floats, Floats]:
     """Return at each station the slope on the steeper side, the mean of both slopes, and the change of slope.
 
-    They are (n,) each. The change of slope is averaged over the station and its neighbours.
+    All three are (n,). The change of slope is averaged over the station and its neighbours.
     """
     slope = np.diff(level_mm) / np.diff(s_mm)
     sides = np.array([np.append(slope[0], slope), np.append(slope, slope[-1])])
@@ -251,13 +253,13 @@ def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Compon
         case "readings.limit_mm":
             label, draws_mm = f"scale of a gauge that is {size_mm:.0%} off", size_mm * common * height_mm
         case "readings.probe_mm":
-            # A probe reads the highest point below it. Its half meets slopes that stations do not show.
+            # A probe reads the highest point below it. Half of its width meets slopes that the stations do not show.
             label = f"width of a probe of {size_mm:g} mm on a slope"
             draws_mm = size_mm / 2 * np.abs(mean_slope + SLOPE_ERROR * turn * independent)
         case "uncertainty.station_mm":
             label, draws_mm = "common shift of the stations", slope * size_mm * common
         case "uncertainty.station_each_mm":
-            # The slope itself is uncertain, by stations out of place.
+            # The slope itself is uncertain, due to errors in the stations' positions.
             label = "place of each station"
             unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
             draws_mm = slope * unsure * size_mm * independent
@@ -283,8 +285,7 @@ UNEVEN = 0.5
 spread of logarithms (Röver et al. 2021, Res. Synth. Methods 12:448). At 0.5, two stations in three are within a factor
 of 1.65 of the middle one, and three times 0.5 is hardly possible."""
 SPREADS = np.arange(0.025, 3 * UNEVEN, 0.05)
-"""Grid of the spread of ln(scatter). Only 0.3 % of the prior are beyond it, and a dozen stations do not resolve
-0.05."""
+"""Grid of the spread of ln(scatter). Only 0.3 % of the prior is beyond it, and a dozen stations do not resolve 0.05."""
 LEVEL_GRID = np.arange(-5.0, 10.5, 0.5)
 """Grid for the logarithm of the scatter, in standard deviations from its most likely value. It extends further upward
 because the distribution has a long upper tail if there are few repeats."""
@@ -305,7 +306,7 @@ def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS
     chance = _log_chance(level_mm2[:, :, None], behind[:, :, None], squares_mm2, freedom)
     chance += np.log(width)[:, None] - (SPREADS[:, None] / UNEVEN) ** 2 / 2
     chance = np.exp(chance - chance.max())
-    # A seed of its own keeps these draws independent of the errors that are drawn with these scatters.
+    # A separate seed keeps these draws independent of the errors that are drawn with these scatters.
     random = np.random.default_rng(3)
     drawn = random.choice(chance.size, draws, p=chance.ravel() / chance.sum())
     spread, level = np.divmod(drawn, len(LEVEL_GRID))
@@ -323,7 +324,7 @@ def _log_chance(level_mm2: Floats, behind: Floats, squares_mm2: Floats, freedom:
 
 
 def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
-    """Return for each spread the log of the most likely overall size of the variances, and the width of its peak."""
+    """Return the log of the most likely overall size of the variances, and its peak's width, by spread, (k,) each."""
     behind = _freedoms_behind()
     log_level = np.full(len(behind), np.log(squares_mm2.sum() / freedom.sum()))
     curve = np.ones(len(behind))
@@ -352,7 +353,7 @@ def _freedoms_behind() -> Floats:
 
 
 STEPS = 121  # Number of positions of a station's true level within the range of its rounded readings
-SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Possible sd of a reading, in steps: from hidden by rounding to visible
+SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Possible sd, in steps: from hidden by rounding to clearly visible
 
 
 def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int) -> Floats:
@@ -366,7 +367,7 @@ def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int) -> Floats:
     middle_mm = np.nanmean(repeats_mm, axis=1, keepdims=True)
     off = (repeats_mm - middle_mm) / step_mm
     reach = 0.5 + np.nanmax(np.abs(off), axis=1, keepdims=True) + 2 * SPREADS_OF_STEP.max()
-    # The mean's error at (stations, 1, places); readings at (stations, 1, places, repeats).
+    # Shapes: the mean's error (stations, 1, positions), readings (stations, 1, positions, repeats).
     error = reach * np.linspace(-1, 1, STEPS)
     away = (off[:, None, None, :] + error[:, None, :, None]) / SPREADS_OF_STEP[:, None, None]
     half = 0.5 / SPREADS_OF_STEP[:, None, None]

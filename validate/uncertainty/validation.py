@@ -61,7 +61,7 @@ def level_findings(
     """
     value_mm = None if screening or mean.resolved is None else mean.error_mm
     terms = {"mean": mean, "coverage": COVERAGE, "calibrated": calibrated, "screening": screening}
-    # Many stations are many tests, so a station counts as off outside the band of all stations together.
+    # Many stations are many tests, so a station counts as off only outside the band of all stations together.
     of_stations = stated(
         "validation.stations",
         int(stations.off.sum()),
@@ -102,7 +102,7 @@ class BedEnds:
 
     @classmethod
     def of(cls, trajectory: Trajectory, run: Run) -> "BedEnds | None":
-        """Return the ends of a run's path. Returns None for a fluid without a yield stress, which levels out."""
+        """Return the ends of a run's path. Returns None for a fluid without a yield stress, which becomes flat."""
         stress_pa, density_kg_m3 = run.health.yield_stress_pa, run.density_kg_m3
         if not stress_pa or density_kg_m3 is None or trajectory.dispensed_mm3 <= 0:
             return None
