@@ -23,7 +23,7 @@ __all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
 
 FilePath = str | PathLike[str]
 Points = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
-"""Points (x, y) or rows of a station and a value, (n, 2)."""
+"""Points (x, y), or rows of a position along the crack and a value, (n, 2)."""
 
 Table = TypeVar("Table", bound=Settings)
 

@@ -366,10 +366,17 @@ def write_report(
 ) -> Path:
     """Write report.html, report.json and overlay.png, as ``sealtwin run`` does.
 
-    Parameters ---------- folder Folder for the files. Files of an earlier call are replaced. crack, solid, path, run,
-    result Results of the other functions. ``run`` may be the result of ``fill_fast``. Without ``result``, the report
-    shows only the simulation. name, note Title of the report (default: the folder's name), and a note that a reader of
-    the report must know. pdf True to write report.pdf too.
+    Parameters
+    ----------
+    folder
+        Folder for the files. Files of an earlier call are replaced.
+    crack, solid, path, run, result
+        Results of the other functions. ``run`` may be the result of ``fill_fast``. Without ``result``, the report shows
+        only the simulation.
+    name, note
+        Title of the report (default: the folder's name), and a note that a reader of the report must know.
+    pdf
+        True to write report.pdf too.
 
     Returns
     -------

@@ -140,10 +140,13 @@ def trace_crack(
     photo
         The photo with its scale.
 
-    Returns ------- CrackOutline The crack in mm and px. ``s_mm`` is the arc length along the centreline from the first
-    end. If the texture of the surface is as coarse as the crack, the walls are the rims of the dark region
-    (``width_source`` "region"). If the crack is narrower than 8 px, its width is fitted to its profile ("fit", with
-    ``width_95_mm``). If it is narrower than 2 px, the result is a path without walls ("none").
+    Returns
+    -------
+    CrackOutline
+        The crack in mm and px. ``s_mm`` is the arc length along the centreline from the first end. If the texture of
+        the surface is as coarse as the crack, the walls are the rims of the dark region (``width_source`` "region"). If
+        the crack is narrower than 8 px, its width is fitted to its profile ("fit", with ``width_95_mm``). If it is
+        narrower than 2 px, the result is a path without walls ("none").
 
     Raises
     ------
@@ -351,8 +354,11 @@ def import_dxf(
         The crack and the solid in mm. z is 0 on the face, and the origin is the face's lower left corner. The crack's
         ``warnings`` state the drawing's unit and the parts of the drawing that were not read.
 
-    Raises ------ InputError The file cannot be read, a layer is missing or contains other lines than expected, or the
-    lines do not bound a crack.
+    Raises
+    ------
+    InputError
+        The file cannot be read, a layer is missing or contains other lines than expected, or the lines do not bound a
+        crack.
 
     Examples
     --------

@@ -89,8 +89,10 @@ def sweep(
     SweepResult
         A row for each run. A failed run does not stop the others.
 
-    Raises ------ InputError A setting of a run is not valid (all are checked before the first run), or the folder
-    contains another sweep.
+    Raises
+    ------
+    InputError
+        A setting of a run is not valid (all are checked before the first run), or the folder contains another sweep.
 
     Warns
     -----

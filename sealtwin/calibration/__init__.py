@@ -15,8 +15,8 @@ class CalibrationOptions(Settings):
     """Options of a calibration: options of 'sealtwin calibrate' and keywords of ``calibrate``."""
 
     free: dict[str, tuple[float, float]]
-    """Unknown settings (up to 6), each with its range. If the trial has the setting's value and uncertainty, they are
-    the prior. Otherwise all values in the range are equally likely."""
+    """Unknown settings (up to 6), each with its range. If the trial states the setting's value and uncertainty, these
+    are the prior. Otherwise all values in the range are equally likely."""
     hold_out: tuple[Path, ...] = ()
     """Trials that are predicted and compared. Their readings have the role "held-out"."""
     budget: int = Field(default=MIN_BUDGET, ge=MIN_BUDGET, le=400)

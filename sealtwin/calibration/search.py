@@ -337,9 +337,9 @@ class Twin:
 
     @property
     def health(self) -> RunHealth:
-        """Numerical health of the last run. If it failed, the health of a run with another seed and the same settings.
+        """Numerical health of the last run.
 
-        Empty if all of them failed.
+        If that run failed, the health of a run with another seed and the same settings. Empty if all these runs failed.
         """
         last = max(self.plan.runs, key=lambda run: run.number)
         alike = [run for run in self.plan.runs if run.settings | {"seed": 0} == last.settings | {"seed": 0}]

@@ -324,7 +324,8 @@ def read_model(model: str, arguments: dict[str, Any]) -> Any:
 
     kind, values = model_of(model), dict[str, Any]()
     for name, field in kind.model_fields.items():
-        # Absent options stay unset. The model can then distinguish them from options given with the default value.
+        # Absent options stay unset. The model can then distinguish absent options from options given with the default
+        # value.
         if (text := arguments.pop(name)) is not None and text is not field.default:
             values[name] = FieldOption(kind, name).value(text)
     try:

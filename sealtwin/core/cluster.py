@@ -36,7 +36,7 @@ WORKER_ENVIRONMENT = {
     "MALLOC_TRIM_THRESHOLD_": "65536",
 }
 STARTING = Lock()  # Lock that is held while the environment of a worker is set in this process
-CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, which usually connect within seconds
+CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, both of which usually connect within seconds
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -135,7 +135,7 @@ def read_outline(folder: Path) -> Outline:
 def write_solid(folder: Path, solid: Solid) -> None:
     """Write crack.stl and crack.ply in millimetres, crack.glb, and solid.json.
 
-    crack.glb is in metres with y up, as glTF requires. solid.json has the data that these formats cannot contain:
+    crack.glb is in metres with y up, as glTF requires. solid.json contains the data that these formats cannot contain:
     units, labels of the triangles, and volumes.
     """
     load_trimesh()
@@ -152,7 +152,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
         **{key: getattr(solid, key) for key in keys},
         "sections": {key: _rounded(values) for key, values in vars(solid.sections).items() if values is not None},
         **solid.figures.recorded(),
-        # The text has one digit for each triangle of crack.ply, in the same order.
+        # The text contains one digit for each triangle of crack.ply, in the same order.
         "face_label": "".join(str(label) for label in solid.face_label),
         "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
     }

@@ -195,9 +195,9 @@ class Outline(HasSummary):
         """Width at each centreline point: the distance between the walls, perpendicular to the centreline, (n,).
 
         The widths add up to the crack's area. If the line between the two wall points is oblique, only its component
-        perpendicular to the centreline counts. This happens in a sharp bend, and at an oblique open end, where both
-        wall points are on the edge of the face. At such an end, the components are as rough as the walls, so their mean
-        is used from the end to the nearest point at which the walls face each other.
+        perpendicular to the centreline counts. The line is oblique in a sharp bend, and at an oblique open end, where
+        both wall points are on the edge of the face. At such an end, the components are as rough as the walls, so their
+        mean is used from the end to the nearest point at which the walls face each other.
         """
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
         width_mm = np.linalg.norm(across_mm, axis=1)
@@ -280,7 +280,7 @@ class Solid(HasSummary):
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3)
     face_label: Integers  # (f,), FaceLabel values
-    block_mm: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the block. Dams may be outside
+    block_mm: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the block. Dams may be outside this box
     depth_mm: float  # Largest depth of the cavity
     tilt: str  # Kind of the walls' tilt, or "modelled" for a mesh whose walls have no constant angle
     wall_angles_deg: tuple[float, float]  # Angles of the left and the right wall from the vertical

@@ -135,7 +135,7 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML: {fault}.") from None
 
 
-class SettingsFaults(InputError):  # noqa: N818  It contains all faults of the settings, not one error.
+class SettingsFaults(InputError):  # noqa: N818  The class contains all faults of the settings, not one error.
     """Settings that are not allowed, with all their faults."""
 
     def __init__(
@@ -293,7 +293,7 @@ def _settings_in(annotation: Any) -> type[Settings] | None:
 
 
 class Likely(NamedTuple):
-    """Usual range of a setting. A value outside it is allowed, but leads to a warning: its unit may be wrong."""
+    """Usual range of a setting. A value outside the range is allowed, but leads to a warning: its unit may be wrong."""
 
     low: float
     high: float

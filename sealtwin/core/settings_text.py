@@ -110,7 +110,7 @@ def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
 
 
 def meaning(kind: Table) -> str:
-    """Return the docstring of a table, without its fields. If it has none, return the docstring of its base class."""
+    """Return the docstring of a table, without its fields. If it has none, return its base class's docstring."""
     return inspect.cleandoc(next(filter(None, (vars(base).get("__doc__") for base in kind.__mro__)), ""))
 
 

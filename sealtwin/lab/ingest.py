@@ -37,7 +37,7 @@ class Ingested:
     dry_run: bool
     samples: list[LabSample]  # Samples, followed by files that belong to no photo
     unused: list[CatalogueFault]  # Files that are not used
-    lost: list[CatalogueFault]  # Files that cannot be read, but may have data of the lab
+    lost: list[CatalogueFault]  # Files that cannot be read, but may contain data of the lab
     placed: Placed
     decisions: Placed
     traced: Batch | None = None  # Results of tracing. None if no photo was traced

@@ -240,7 +240,7 @@ def _refuse_misfit(path: Path, law: FlowLaw, rate: Floats) -> None:
 def _refuse_two_pastes(curve: _Rows) -> None:
     """Raise InputError if nearly all stresses at repeated rates are higher, or nearly all are lower, than before.
 
-    Then shear has changed the paste between two sweeps, or the table has the stresses of two pastes.
+    Then shear has changed the paste between two sweeps, or the table contains the stresses of two pastes.
     """
     rows, changes = list[int](), list[float]()
     logs, log_stress = np.log(curve.rate), np.log(curve.stress)

@@ -49,7 +49,7 @@ LONGEST_DWELL_S = 5.0  # Longest dwell time in s at each end. A longer time woul
 SHORTEST_S = 1e-6  # Smallest difference between two bounds, for example for a pump with only one flow
 SLOWER, FASTER = 4.0, 2.0  # Largest factors by which a plan may be slower or faster than the trial
 SMALLEST_SHARE = 0.02  # Smallest flow without a pump's table, as a fraction of the trial's flow
-LARGEST_MM3_S = 1e4  # Largest flow without a cell and without --flow-max-mm3-s. It is more than a lab's pump gives
+LARGEST_MM3_S = 1e4  # Largest flow without a cell and without --flow-max-mm3-s. This is more than a lab's pump gives
 
 
 @dataclass(frozen=True)

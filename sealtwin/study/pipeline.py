@@ -61,9 +61,10 @@ def run_trial(
     threads: int | None = None,
     jobs: int = 0,
 ) -> FinishedStages:
-    """Bring ``stages`` of a trial up to date in ``out`` (default: reports/NAME). ``source`` has the trial's files.
+    """Bring ``stages`` of a trial up to date in ``out`` (default: reports/NAME).
 
-    ``jobs`` is the number of worker processes for the runs with other seeds. 0 computes them in this process.
+    ``source`` is the folder of the trial's files. ``jobs`` is the number of worker processes for the runs with
+    other seeds. 0 computes them in this process.
     """
     require_sample(trial, source)
     with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:

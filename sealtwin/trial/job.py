@@ -54,7 +54,7 @@ class Job:
     trial: Trial
     source: Path  # Folder to which paths in the trial are relative
     folder: RunFolder
-    sheet: Path | None  # Path of the sheet of readings that the user gave. The run folder has a copy
+    sheet: Path | None  # Path of the sheet of readings that the user gave. The run folder contains a copy
     device: str  # Device that the user gave. The fluid run resolves "auto"
     progress: Progress
     threads: int | None = (
@@ -98,8 +98,8 @@ def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
     """Set up a trial in ``folder``. No file is written before a stage has results.
 
-    Raises InputError if the folder has another trial, if the sheet of readings is missing, or if a file of the fluid
-    cannot be used.
+    Raises InputError if the folder contains another trial, if the sheet of readings is missing, or if a file of the
+    fluid cannot be used.
     """
     trial = trial.loaded(source)
     earlier = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
@@ -194,7 +194,7 @@ def adopt_trial(job: Job) -> None:
     """Write the resolved trial and a copy of the readings to the run folder.
 
     The photo and the mesh are not copied, since a photo may contain its location and author, and a scan is large. The
-    manifest has their hashes.
+    manifest contains their hashes.
     """
     if job.source.resolve() == job.path.resolve() and load_trial(job.path / "trial.toml") == job.trial:
         return

@@ -50,7 +50,7 @@ def bring_up_to_date(job: Job) -> bool:
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
     frame_files, health_log = FrameFiles(job.path / FRAMES, frames_s), HealthLog(job.path / HEALTH)
-    # It is in the list twice, because it must be first both before the run and after each frame.
+    # The checkpoint is in the list twice, because it must be first both before the run and after each frame.
     still_there = StillThere(job.path)
     with ProgressFile(job.path / PROGRESS) as progress_file:
         watchers = still_there, checkpoint, frame_files, snapshots, health_log, progress_file, still_there

@@ -23,7 +23,7 @@ MAX_SEEDS = 20  # Largest number of runs of one trial that differ only in the se
 
 PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"  # Pattern of one line that is not blank
 LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
-"""Pattern of control characters. The name of a file may have them, but the name of a trial may not."""
+"""Pattern of control characters. The name of a file may contain them, but the name of a trial may not."""
 
 
 SettingValues = Mapping[str, Any]
