@@ -26,7 +26,7 @@ CURVES = 1_000  # Number of draws for the mean error, since its interval needs a
 FEW_STATIONS = 200
 SHARE = 0.95
 UNDECLARED_MM = 0.2  # Size in mm that the table of undeclared errors assumes
-STEPS = "steps of the bed between few stations"
+STEPS = "steps of the level between few stations"
 
 Kind = Literal["readings", "numerics", "inputs", "model"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]

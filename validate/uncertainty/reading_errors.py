@@ -150,7 +150,7 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
     curvature = np.pad(turn, 1, mode="edge") if len(turn) else np.zeros(len(s_mm))
     drawn = curvature * ARCH_RATIO * uniforms("arch", len(s_mm), draws_for(len(s_mm)))
     draws_mm = (drawn[:, :-1] + drawn[:, 1:]) / 2 * gap_mm**2 / 8
-    return Component("the bed's shape between stations", "assumed", draws_mm, shared=True, between=True)
+    return Component("the level's shape between stations", "assumed", draws_mm, shared=True, between=True)
 
 
 def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:

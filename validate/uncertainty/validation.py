@@ -117,7 +117,7 @@ class BedEnds:
         for z, place_mm, share in zip(draws.T, (self.first_mm, self.last_mm), (FIRST, LAST), strict=True):
             shape = np.exp(-np.abs(s_mm - place_mm) / REACH_MM)
             total += np.outer(z, share * self.mound_mm * (shape - shape.mean()))
-        return Component("bed at the ends of the path", "assumed", total, shared=True, kind="model")
+        return Component("level at the ends of the path", "assumed", total, shared=True, kind="model")
 
 
 PLACES = 101  # Number of positions of the band. More than 250 would get fewer draws.
@@ -149,7 +149,7 @@ def predict(
     if spread.fast_mm is not None:
         fast_mm = np.interp(s_mm, spread.s_mm, spread.fast_mm)
         half_mm = normals("two models", 1, draws_for(PLACES)) * (fast_mm - level_mm) / 2
-        name = "half of the difference of particles and fast model"
+        name = "half of the difference between particles and fast model"
         of_model.append(Component(name, "computed", half_mm, shared=True, kind="model"))
     tension_n_m = declared.surface_tension_n_m
     if mouth is not None and (meniscus := mouth.meniscus(s_mm, level_mm, tension_n_m, "model")) is not None:
