@@ -159,7 +159,7 @@ def _cost(chart: Chart, fills: Sequence[Fill]) -> Iterator[str | Plot]:
     wall_s = np.array([run.wall_s for run in chart.runs])
     yield (
         f"A run took {np.median(wall_s):.1f} s (median; {wall_s.min():.1f} to {wall_s.max():.1f} s), and all runs "
-        f"together {wall_s.sum():,.0f} s, on the machine of the study with its other load."
+        f"together {wall_s.sum():,.0f} s, on the machine of the study, which may also do other work."
     )
     caption, numbers = "Time of a run against each setting.", None
     if fills:

@@ -88,7 +88,7 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -
         color=MEASURED,
         linewidth=1.4,
         path_effects=ON_SEALANT,
-        label="profile read from the particles",
+        label="level measured from the particles",
     )
     axes.set_ylim(top=max(4.0, float(position_mm[:, 2].max(initial=0.0)) + 1.5))
     return label_axes(axes, ALONG, "z (mm)", "From the side: particles by age", legend=1)

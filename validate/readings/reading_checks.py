@@ -323,7 +323,7 @@ def other_direction(sheet: SheetAndCrack) -> Iterator[Finding]:
     # A constant offset contains no information about the direction of s.
     read_mm, turned_mm = np.abs(errors_mm - np.median(errors_mm, axis=1, keepdims=True)).mean(axis=1)
     if turned_mm < NEARER * read_mm and read_mm - turned_mm > NEARER_MM:
-        sentence = f"the readings are {read_mm:.2g} mm from the simulated level; from the other end, {turned_mm:.2g}."
+        sentence = f"the readings are {read_mm:.2g} mm from the simulated level; with s reversed, {turned_mm:.2g}."
         yield Finding("direction", sentence)
 
 

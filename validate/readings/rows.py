@@ -256,7 +256,7 @@ def _means(table: Table, mark: Decimal | None, cells: ReadCells) -> Iterator[tup
     for role in QUANTITIES:
         columns = [column for column in table.others.values() if column.role is role]
         if columns[1:]:
-            finding = f"column {columns[0].letters} has the {role.value} too, and only its mean is shown."
+            finding = f"column {columns[0].letters} also has the {role.value}, and only its mean is shown."
             others = [column.letters for column in columns[1:]]
             table.ask(role.value, f"column {listed(others)}: {finding}", "", {CONFIRMS: others}, others)
         for column in columns[:1]:
@@ -290,8 +290,8 @@ def _values_of(table: Table, column: Column, mark: Decimal | None, rows: list[in
     if left_out:
         low, high = role.limits_in(unit)
         finding = (
-            f"{_listed(left_out)}: not read as {role.value} of {low:g} to {high:g} {unit or 'in its unit'}, and not in "
-            "the mean."
+            f"{_listed(left_out)}: not read as {role.value} from {low:g} to {high:g} {unit or 'in its unit'}, so left "
+            "out of the mean."
         )
         table.ask(role.value, finding, "Correct it, or clear the cell.", {CONFIRMS: [*left_out]}, [*left_out])
     return values, unit

@@ -307,9 +307,9 @@ def _problems(
         if len({(what.unit, what.quantity) for what in meanings}) > 1:
             yield f"{table.named(readings)} differ in unit or direction"
         if any(int(what.number or 0) > len(readings) for what in meanings):
-            yield f"{table.named(readings)} has a number that is not of a repeat"
+            yield f"{table.named(readings)} has a number that is not the number of a repeat"
     if len(repeats) > 1 or (repeats and len(readings) > 1):
-        yield f"{table.named(repeats)} counts repeats by its name, as do others"
+        yield f"{table.named(repeats)} counts repeats by its name, as do other columns"
 
 
 def _stand_ins(
