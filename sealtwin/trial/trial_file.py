@@ -188,7 +188,7 @@ class Trial(Settings):
         """Return the declared uncertainties, and the uncertainties from the photo, the fill and the weighed volume."""
         inputs = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
         if self.fluid is not None and self.fluid.D_cm is not None:
-            # D sets the drag of the walls directly, so the share of the paste's stress does not apply.
+            # D sets the drag of the walls directly, so ``wall_share`` does not apply.
             inputs = inputs.without("wall_share")
         weighed = self.path.weighed
         return inputs if weighed is None else inputs.model_copy(update={"volume_ml": weighed.volume_sd_ml})

@@ -261,7 +261,8 @@ def _set_columns(table: Table) -> None:
     unknown = [column for column in numbers if column not in {*meanings, *stations, *readings, *repeats}]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
     if not readings and not unknown:
-        # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
+        # A column named only "Messung" contains the readings, unless another column contains them. It then counts
+        # repeats.
         readings, repeats = repeats, []
     for column, what in meanings.items():
         if what.role is Role.SAMPLE:

@@ -154,7 +154,7 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
 
 
 def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
-    """Return the mean distance along the crack between the sealant and the line through few stations, due to steps.
+    """Return the distance between sealant and line through few stations due to steps, averaged along the crack.
 
     A gap with a step has a slope that differs from the slope of a neighbouring gap. By the triangle inequality, the
     mean of |error| changes by at most this distance. The mean level need not change.
@@ -164,7 +164,7 @@ def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
     gap_mm = np.diff(s_mm)
     unlike = np.abs(np.diff(np.diff(level_mm) / gap_mm))
     unlike = np.maximum(np.append(unlike, 0.0), np.append(0.0, unlike))
-    # To a micrometre: a straight bed has none.
+    # Rounded to a micrometre, so that a straight level gives 0.
     return round(float(STEP * gap_mm @ (unlike * gap_mm) / np.ptp(s_mm)), 3)
 
 
