@@ -182,7 +182,7 @@ def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
 
 
 def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
-    """Predict a held-out trial by running draws of the posterior. The trial's path, crack and nozzle do not change."""
+    """Predict a held-out trial by runs at draws of the posterior. The trial's path, crack and nozzle do not change."""
     chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     runs = [{name: values[name] for name in values if name.partition(".")[0] not in OF_A_POUR} for values in settings]

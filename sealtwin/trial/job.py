@@ -57,9 +57,7 @@ class Job:
     sheet: Path | None  # Path of the sheet of readings that the user gave. The run folder contains a copy
     device: str  # Device that the user gave. The fluid run resolves "auto"
     progress: Progress
-    threads: int | None = (
-        None  # Number of CPU threads of the fluid run, if the user gave it. The result does not change
-    )
+    threads: int | None = None  # Number of CPU threads that the user gave. It does not change the result
     jobs: int = 0  # Number of worker processes for the runs with other seeds. 0 computes them in this process
     traced: dict[str, Any] = field(default_factory=dict)
     """Latest crack that this command digitised, by a key that does not depend on the nozzle's path.

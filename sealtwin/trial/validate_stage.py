@@ -39,7 +39,7 @@ UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 SEED_RUNS = "seeds.json"
 OF_SEEDS = (LEVEL, SEED_RUNS)  # Files from the runs with other seeds that the report uses
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
-RECORD = "record.json"  # File in the folder of a trial that was made from a lab's folder
+RECORD = "record.json"  # Record of a trial that was made from a lab's folder, in the trial's folder
 ORIGIN = Path("inputs", "origin.json")
 """File in a run folder with the origin of the readings. It is copied from ``RECORD`` without the lab's other data."""
 

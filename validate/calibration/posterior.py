@@ -1,4 +1,4 @@
-"""Free settings: their prior, their posterior from the readings of trials, and which settings it identifies."""
+"""Free settings: their prior, their posterior from the readings of trials, and which settings are identified."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -248,7 +248,7 @@ class Posterior:
     """Posterior of the free settings, in the unit cube."""
 
     frees: Sequence[Free]
-    emulators: Sequence[Emulator]  # One for each trial
+    emulators: Sequence[Emulator]  # One emulator for each trial
     evidence: Sequence[ReadLevels]
     smooth: bool = True
     """True to include the assumed smooth errors. False for a search, whose best run must be close to the readings. A

@@ -155,7 +155,7 @@ def first_of_each_pair(
     for alike in repeated:
         names = [f"{run.number} (seed {run.settings.get(REPEATED, 0)})" for run in alike]
         require_different([run.profile.level_mm for run in alike], names, where)
-    # A pair that was not repeated adds 0 to both.
+    # A pair that was not repeated adds 0 to the squares and to the degrees of freedom.
     squares_mm2 = sum(len(alike) * np.var([run.mean_error_mm for run in alike]) for alike in repeated)
     if not (freedom := sum(len(alike) - 1 for alike in repeated)):
         return firsts, None

@@ -233,7 +233,7 @@ def _likeliest(text: str) -> str:
     """Return the separator that splits the most rows into the same number of fields."""
     alike = {}
     for mark in SEPARATORS.values():
-        # Wrongly closed quotes exclude a separator.
+        # A separator with which quotation marks are wrongly closed is left out.
         with suppress(csv.Error):
             widths = Counter(map(len, _fields(text, mark).values()))
             alike[mark] = max((count for width, count in widths.items() if width > 1), default=0)

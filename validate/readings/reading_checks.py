@@ -25,10 +25,10 @@ FAR_MM = 1.0  # A repeat farther than this from the median at half of its statio
 SCATTER_SD = 5.4  # Scatter of a station's readings above which its outer readings are suspicious
 ZERO_MM, ZERO_SD = 1.0, 4.2  # Suspicious distance of a 0 from the other readings of its station
 DEEP_MM = 1.5  # Distance from both neighbours above which a station of zeros is suspicious
-TURNED_MM = 3.0  # Same distance for a station with the opposite sign
-PEAK_MM = 15.0  # Same distance for any station
+TURNED_MM = 3.0  # Distance from both neighbours above which a station with the opposite sign is suspicious
+PEAK_MM = 15.0  # Distance from both neighbours above which any station is suspicious
 SPAN = 0.2  # Fraction of the crack's length below which the span of all positions is suspicious
-COUNTED = 0.5  # Same fraction for positions that only count 1, 2, 3
+COUNTED = 0.5  # Same fraction of the length, for positions that only count 1, 2, 3
 ABOVE_MM = 1.5  # Mean height above the face that is suspicious, because paste does not stay so high
 HIGH_MM = 3.0  # Height above the face that is suspicious if a quarter of the stations exceed it
 FLOOR = 0.1  # Fraction of the depth by which a floor may be uneven, or 1 mm if that is more
@@ -39,7 +39,7 @@ COVERED = 0.8  # Volumes are compared if the outer stations are at least this fr
 VOLUME_OFF = 0.14  # Smallest |ln| of the ratio of volumes that is suspicious
 VOLUME_MET = 0.4  # A mistake explains the ratio if its correction leaves less than this fraction of the logarithm
 OFFSET_MM = 2.5  # Smallest constant offset that a volume can show
-OFFSET_SHARE = 0.12  # Same offset as a fraction of the depth
+OFFSET_SHARE = 0.12  # Smallest constant offset that a volume can show, as a fraction of the depth
 NEARER, NEARER_MM = 0.6, 0.8
 """The direction of s is suspicious if reversing it reduces the distance from the simulated level to less than this
 fraction, and by more than this many mm."""

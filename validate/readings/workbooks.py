@@ -36,7 +36,7 @@ NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
 """A letter that no date format contains. Words for "General" in other languages contain one, for example "Standard"."""
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
-"""Text that a format shows behind a number, either quoted or letter by letter."""
+"""Text that a format adds after a number, either quoted or letter by letter."""
 PLAIN_XLSX = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
 """Colours that are black, white or automatic, with their tint."""
 FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, position or field of a page header, such as &P

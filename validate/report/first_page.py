@@ -101,9 +101,9 @@ def _tiles(evidence: Evidence) -> tuple[Tile, ...]:
 
 
 def _instead(m: Comparison) -> tuple[tuple[str, str, str], tuple[ErrorBar, ...]]:
-    """Return the simplest level without a simulation that is closer to the readings, or the simplest of all.
+    """Return the simplest baseline that is closer to the readings than the simulation, or the simplest of all.
 
-    The simplest level has the fewest fitted numbers. The bars are the errors of all these levels and of the simulation,
+    The simplest baseline has the fewest fitted numbers. The bars are the errors of all baselines and of the simulation,
     largest first.
     """
     nearer = [baseline for baseline in m.baselines if baseline.mean_error_mm <= m.mean_error_mm]

@@ -127,7 +127,7 @@ class Budget:
 
     @cached_property
     def between_mm(self) -> Floats:
-        """Draws of the straight line's height above the sealant between two stations, (draws, n - 1)."""
+        """Draws of the height of the straight line between two stations above the sealant, (draws, n - 1)."""
         start = np.zeros((self.draws, self.stations - 1))
         return sum((component.draws_mm for component in self.components if component.between), start=start)
 

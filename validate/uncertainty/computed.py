@@ -129,8 +129,8 @@ class InputDraws:
 
 
 ORDERS = np.linspace(0.5, 2.0, 61)
-"""Allowed orders of convergence. Below the lowest one, an error over so few sizes looks constant. The highest one is
-the order of the best part of the scheme (Oberkampf & Roy 2010, 8.6.4)."""
+"""Allowed orders of convergence. Below the lowest order, an error would look constant over so few sizes. The highest
+order is that of the scheme's best part (Oberkampf & Roy 2010, 8.6.4)."""
 MIN_RUNS = 2  # Smallest number of runs at a size, since a single run shows no scatter
 ROUNDING_MM2 = 1e-12  # Square of a residual due to rounding
 
