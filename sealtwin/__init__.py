@@ -57,8 +57,8 @@ if TYPE_CHECKING:
 def _require_own_packages() -> None:
     """Raise InputError if the package digitise, simulate or validate is not sealtwin's own.
 
-    Other projects have packages with these names; configobj, for example, has validate. The packages are not imported
-    here. pip may have overwritten an __init__.py, which then does not have the line PART_OF.
+    Other projects contain packages with these names: configobj, for example, contains a package validate. The packages
+    are not imported here. pip may have overwritten an __init__.py, which then does not contain the line PART_OF.
     """
     for name in ("digitise", "simulate", "validate"):
         file = Path(__file__).absolute().parents[1] / name / "__init__.py"
@@ -122,7 +122,7 @@ __all__ = [
 ]
 
 _MODULES = ("", ".trials", ".studies", ".runs", ".samples", ".levels")
-"""Modules of ``sealtwin.api``, in the order of the number of libraries that they load."""
+"""Modules of ``sealtwin.api``, fewest loaded libraries first."""
 
 
 def __getattr__(name: str) -> Any:

@@ -3,6 +3,6 @@
 PART_OF = "sealtwin"
 
 STAGE_NUMBER = 6
-"""Version number of this stage's results. It increases by one when the same input gives other numbers, in any bit. Runs
-that were computed under another number are computed again. ``python -m tests.stage_record`` writes the record with
-which a test compares."""
+"""Version number of this stage's results. It is raised by one whenever the same input gives other results, even in a
+single bit. Runs that were computed with another number are computed again. A test compares the results with the record
+that ``python -m tests.stage_record`` writes."""

@@ -28,7 +28,7 @@ from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
 
-AT_A_STATION_MM = 0.05  # Distance up to which an error counts as at a station, since s is printed to 0.1 mm
+AT_A_STATION_MM = 0.05  # An error closer to a station than this counts as at the station, since s is printed to 0.1 mm
 AREAS_AGREE = 1e-9  # Largest relative difference that rounding may cause between the two computations of the area
 
 
@@ -51,10 +51,10 @@ def compare(
     """Compare two levels over the stretch of s that both cover, and judge the error.
 
     A positive error means that the simulated level is too high. Both levels are straight between stations, so the
-    integrals are exact. If a particle escaped, the level never passes. Without ``uncertainty`` the verdict has no
-    interval. ``screening`` marks a level from a screening model, which gets no verdict. The headline mentions the
-    settings ``fitted`` to the readings, and the ``unseen`` baselines, which were made without the readings. Raises
-    InputError if the two curves do not overlap.
+    integrals are exact. If a particle escaped, the comparison fails. Without ``uncertainty``, the verdict has no
+    interval. ``screening`` marks a level from a screening model, which gets no verdict. The headline names the settings
+    ``fitted`` to the readings and the baselines. ``unseen`` are the baselines that were made without the readings.
+    Raises InputError if the two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -104,7 +104,7 @@ def assess(
 ) -> Comparison:
     """Compare the level of a trial with its readings and judge it, with intervals, baselines and the mass balance.
 
-    A comparison in ``evidence`` is ignored. ``spread`` has the results of extra runs, if there are any.
+    A comparison in ``evidence`` is ignored. ``spread`` contains the results of extra runs, if there are any.
     """
     simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
     if measured is None:
@@ -168,7 +168,8 @@ def error_uncertainty(
 ) -> ErrorUncertainty:
     """Return the intervals of the error that result from the readings, the numerics and the declared inputs.
 
-    ``volume_level_mm`` is the change of level due to volume that the numerics gained. None if it is unknown.
+    ``volume_level_mm`` is the change of level due to volume that the numerics gained. The change is None if it is
+    unknown.
     """
     of_readings = budget_of(measured, settings, declared, mouth)
     error = level_difference(simulated, measured)
@@ -222,7 +223,7 @@ def error_uncertainty(
 def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationError | None:
     """Return the largest error at a station.
 
-    Returns None if there are no stations or the overall largest error is at one.
+    Returns None if there are no stations, or if the overall largest error is at a station.
     """
     if not len(stations.s_mm) or np.abs(stations.s_mm - worst_at_mm).min() < AT_A_STATION_MM:
         return None
@@ -251,7 +252,7 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget) -> St
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
     """Return the mean level and mean error over the covered stretch at each particle size.
 
-    Returns None without runs.
+    Returns None if there are no extra runs of particles.
     """
     replicates = spread.at(x)
     if spread.sizes is None or replicates is None:

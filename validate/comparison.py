@@ -18,8 +18,8 @@ from validate.settings import Gate, Role
 Outcome = Literal["passed", "failed", "undecided", "open"]
 """The result of a comparison.
 
-passed: the mean error keeps the gate, and its interval does not contain the gate;
-failed: the mean error misses the gate, and its interval does not contain the gate, or a particle escaped;
+passed: the mean error is within the gate, and its interval does not contain the gate;
+failed: the mean error exceeds the gate, and its interval does not contain the gate, or a particle escaped;
 undecided: the interval contains the gate, there are too few readings, or files were edited by hand;
 open: no gate was declared."""
 
@@ -216,8 +216,9 @@ class Comparison(JsonRecord):
     measured_volumes: FilledVolumes
     """Volumes below and above the measured level, over the covered length."""
     baselines: tuple[Baseline, ...] = ()
-    """Simpler levels for comparison: best curves through calibration readings and, made without these readings, the
-    flat level of the dispensed volume and, after extra runs of particles, the fast model."""
+    """Simpler levels for comparison. They include the best curves through the readings unless the readings were held
+    out. Unless settings were fitted to the readings, they include levels made without the readings: the flat level of
+    the dispensed volume and, after extra runs, the level of the fast model."""
     beats_baseline: bool | None = None
     """True if the mean error is smaller than the mean error of every baseline that has at most as many coefficients as
     settings were fitted. None if there is no such baseline."""
@@ -226,8 +227,8 @@ class Comparison(JsonRecord):
     role: Role
     """Use of the readings: for calibrating the fluid, or held out."""
     fitted: tuple[str, ...] | None = None
-    """Dotted names of the settings that were fitted to these readings. Empty if none was fitted, None if it was not
-    declared."""
+    """Dotted names of the settings that were fitted to these readings. Empty if no setting was fitted, None if this was
+    not declared."""
     readings_data: DataKind
     """Origin of the readings. Only measured data can validate."""
     readings_dialect: str
@@ -241,9 +242,10 @@ class Comparison(JsonRecord):
     outcome: Outcome = "open"
     """Result of the comparison, from the gate, the mean error and its 95 % interval."""
     passed: bool | None = None
-    """True if the mean error keeps the gate. False if it does not, or if a particle escaped. None without a gate."""
+    """True if the mean error is within the gate. False if it exceeds the gate, or if a particle escaped. None if there
+    is no gate."""
     gate: Gate | None = None
-    """Limit that was declared before the run. None if none was declared."""
+    """Limit that was declared before the run. None if no limit was declared."""
     findings: Facts = ()
     """Conclusions that ASME V&V 20 allows, or the reason why it was not assessed. Without a verdict, only the declared
     errors that are not used."""

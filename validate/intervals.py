@@ -35,10 +35,10 @@ class StationBands(JsonRecord):
 @with_config(PART)
 @dataclass(frozen=True)
 class BudgetPart:
-    """One error of the budget and its standard uncertainties, which are half the half-width of the 95 % intervals.
+    """One error of the budget and its standard uncertainties, each half the half-width of a 95 % interval.
 
-    The intervals do not include an undeclared error. Its uncertainties are computed for a size of 0.2 mm, or for a
-    meniscus of water.
+    The intervals of the results do not include undeclared errors. The uncertainties of an undeclared error are computed
+    for an assumed size of 0.2 mm, or for a meniscus of water.
     """
 
     name: str
@@ -52,11 +52,11 @@ class BudgetPart:
     mean_level_mm: float
     """Standard uncertainty of the mean level. The bias has the same uncertainty."""
     mean_error_mm: float | None
-    """Standard uncertainty of the mean error, for the case that this error does not change the sign of the level's
-    error. None for a predicted level."""
+    """Standard uncertainty of the mean error, provided that this error changes the sign of the level's error at no
+    position. None for a predicted level."""
     station_mm: float
-    """Standard uncertainty of the level at a station, or at a position of a predicted level: the root mean square over
-    all of them."""
+    """Standard uncertainty of the level at a station, or at a position of a predicted level, as root mean square over
+    all stations or positions."""
 
 
 class BudgetSummary(JsonRecord):
@@ -79,13 +79,13 @@ class MeanLevelBudget(JsonRecord):
     error_mm: float
     """E: simulated minus measured mean level."""
     volume_level_mm: float | None
-    """Change of level due to volume that the numerics gained, which E includes: this volume divided by the area of the
-    fluid's surface. It is negative if volume was lost. None if there are no particles."""
+    """Part of E that is due to volume gained by the numerics: this volume divided by the area of the fluid's surface.
+    It is negative if volume was lost. None if there are no particles."""
     data_mm: float
     """Standard uncertainty due to the readings."""
     numerics_mm: float | None
-    """Standard uncertainty due to particle size, scatter of runs and changes of volume. None without runs at three
-    particle sizes."""
+    """Standard uncertainty due to particle size, scatter of runs and changes of volume. None if there are no runs at
+    three particle sizes."""
     inputs_mm: float | None
     """Standard uncertainty due to the declared inputs. None if no input was varied."""
     validation_mm: float
@@ -119,12 +119,12 @@ class StationErrors(JsonRecord):
 
     @property
     def above(self) -> Booleans:
-        """True at stations at which |E| exceeds the 95 % band of the single station."""
+        """True at stations at which |E| exceeds the 95 % band of the single station, (n,)."""
         return np.abs(self.error_mm) > 2 * self.validation_mm
 
     @property
     def off(self) -> Booleans:
-        """True at stations at which |E| exceeds the 95 % band of all stations together."""
+        """True at stations at which |E| exceeds the 95 % band of all stations together, (n,)."""
         return np.abs(self.error_mm) > self.profile_mm
 
 
@@ -269,9 +269,9 @@ class PredictedLevel(JsonRecord):
     inputs_mm: Numbers | None
     """Standard uncertainty due to the inputs. None if no input is declared."""
     model_mm: Numbers | None = None
-    """Standard uncertainty due to the model. It has up to three parts. For a fluid with a yield stress, one is at the
-    ends of the path. For a declared surface tension, one is the meniscus. The third is half of the difference between
-    particles and fast model. None if all three are missing."""
+    """Standard uncertainty due to the model. It combines up to three errors: at the ends of the path if the fluid has a
+    yield stress, from the meniscus if a surface tension is declared, and half of the difference between particles and
+    fast model if both were computed. None if all three are missing."""
     fast_level_mm: Numbers | None = None
     """Level computed by the fast model. None if that model is not valid here, or if it computed ``level_mm``."""
     flat_level_mm: Numbers | None = None

@@ -73,7 +73,7 @@ class SampleFigures(JsonRecord):
     camera_tilt_deg: float | None
     """Angle between the camera's axis and the face's normal. None if it is unknown."""
     warnings: Facts
-    """Doubts about the photo and the solid."""
+    """Warnings about the photo and the solid."""
 
 
 class FluidFigures(JsonRecord):
@@ -109,7 +109,7 @@ class SeedRuns(JsonRecord):
     band_95_mm: float
     """Half-width of the 95 % band, about the mean, for the level of one further run at a position."""
     warnings: Facts
-    """Faults of the fluid in the other runs, without those that the first run also has."""
+    """Faults of the fluid in the other runs, without faults that the first run also has."""
 
 
 class ComputedBy(JsonRecord):
@@ -155,7 +155,7 @@ class TrialResult(JsonRecord):
 
     @property
     def numbers(self) -> dict[str, int]:
-        """Stage numbers with which the comparison was computed. Empty without a comparison."""
+        """Stage numbers with which the comparison was computed. Empty if there is no comparison."""
         by = self.computed_by.get("validate")
         return {} if by is None else by.stage_numbers
 
@@ -195,17 +195,17 @@ class Evidence:
     trajectory: Trajectory
     run: Run
     profile: Profile  # The simulated level
-    seeds: SeedRuns | None = None  # Runs whose mean is ``profile``. None for a single run.
-    readings: Profile | None = None  # None without a caliper sheet. The report then shows only the simulation.
-    comparison: Comparison | None = None  # Comparison of profile and readings. None without readings.
-    prediction: PredictedLevel | None = None  # Prediction of a run without readings. None without extra runs.
+    seeds: SeedRuns | None = None  # Runs whose mean is ``profile``. None if there is only one run.
+    readings: Profile | None = None  # None if there is no caliper sheet. The report then shows only the simulation.
+    comparison: Comparison | None = None  # Comparison of profile and readings. None if there are no readings.
+    prediction: PredictedLevel | None = None  # Prediction of a run without readings. None if there are no extra runs.
     volume_ratio: float
     overlay_path: Path
     straight_path: Path  # Picture of the photo along the crack
     photo_data: DataKind
     provenance: dict[str, str]  # Versions, device, seed, times and hashes, in the order of the report
     commands: tuple[str, ...] = ()  # Commands that make this report again, in order
-    sheet: ReadingsSheet | None = None  # File of the readings. None without readings.
+    sheet: ReadingsSheet | None = None  # File of the readings. None if there are no readings.
     edited: tuple[str, ...] = ()  # Files of the run that were changed after their stage wrote them
     can_be_varied: bool = False  # True if 'sealtwin validate RUN --uncertainty' adds something
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in order of time
@@ -264,9 +264,9 @@ class FirstPage(JsonRecord):
     verdict: str
     """The result in one or two sentences."""
     lead: tuple[str, ...]
-    """Sentences about the line and the dots, and about where the line is off."""
+    """Sentences about the line (level) and the dots (readings) of the figure, and about the largest error."""
     labels: tuple[tuple[str, str], ...]
-    """Reservations, each with a word and a text."""
+    """Warnings, each with a word and a text."""
     tiles: tuple[Tile, ...]
     """The four figures of the page."""
     notes: tuple[tuple[str, str], ...]

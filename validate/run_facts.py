@@ -14,20 +14,20 @@ from validate.sentences import doubted, sentence, stated
 FEW_ACROSS = 3.0
 """Smallest number of particles from wall to wall without a caution. The paper has four. Runs with two particles gained
 11 to 17 % in volume, and runs with four gained none."""
-MIN_BOND = 1.0  # Smallest Bond number, with water's surface tension, in the model's range: 2 mm of cement paste
+MIN_BOND = 1.0  # Smallest Bond number for which the model is valid: cement paste (water's surface tension), 2 mm wide
 MAX_COMPRESSED = 0.10
-"""Largest sound compression of the particles, at the 95th percentile."""
+"""Largest compression of the particles without a caution, as 95th percentile."""
 AT_REST = 0.5  # Largest distance from rest, in particle radii, at which a level counts as at rest
 MUCH_SPILLED = 0.05
-"""Spilled fraction above which a spill is always reported. A smaller spill is reported if it makes the volume ratio
-unsound."""
+"""Spilled fraction above which a spill is always reported. A smaller spill is reported if only this spill takes the
+volume ratio out of its allowed range."""
 DRAFTED_MM = 1.1
 """Largest difference in mm between the level of a draft and the mean of accurate runs at nine of ten positions
 (benchmarks/drafts.py)."""
 
 
 def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> Facts:
-    """Return a caution for each figure of a run that shows a fault. A sound run has none.
+    """Return a caution for each figure of a run that shows a fault, and for a draft or the fast model.
 
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. Volume that ran over the
     sample's edge has its own sentence, because the fluid did not lose it. Faults of the other runs in ``seeds`` come
@@ -47,12 +47,12 @@ def is_draft(run: Run | Simulation) -> bool:
 
 
 def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> Facts:
-    """Return the cautions of ``run_warnings`` without those about a draft or the fast model."""
+    """Return the cautions of ``run_warnings`` without the cautions about a draft or the fast model."""
     facts, solver, health = [*run.remarks], run.settings.get("solver", {}), run.health
     if run.escaped_particles:
         facts.append(stated("fluid.escaped", run.escaped_particles, level="fault"))
     spilled = run.spilled_particles / max(1, run.particles)
-    # To the digits that are shown: 1.050 is never too much.
+    # Rounded to the printed digits, so that a ratio printed as 1.050 is never reported as too large.
     ratio = round(volume_ratio / max(1 - spilled, 1e-3), 3)
     if not (sound := kept_volume(ratio)):
         across = health.particles_across
@@ -63,7 +63,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> Facts:
     if (compressed := health.density_error_p95 or 0.0) > MAX_COMPRESSED:
         facts.append(doubted("fluid.compressed", compressed))
     off_mm, flat_mm = health.to_rest_mm or 0.0, health.flat_mm
-    # Where the nozzle has just been the level cannot be judged yet, and may still move by millimetres.
+    # Where the nozzle has just passed, the level cannot be judged yet, and may still change by millimetres.
     never_frozen = run.settings.get("fluid", {}).get("freeze_after_s") == "never"
     unsettled = off_mm > 0 and flat_mm is None and never_frozen and not solver.get("settle_s")
     if unsettled or off_mm > AT_REST * run.radius_mm:
@@ -76,10 +76,10 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> Facts:
 
 
 def facts_of_runs(by_run: Mapping[int, Sequence[Fact]], total: int) -> list[Fact]:
-    """Return one fact for each key that runs have, with the number of runs of ``total`` that have it.
+    """Return one fact for each key among the facts of runs, with the number of runs, of ``total``, that have it.
 
-    ``by_run`` has the facts of each run by its number. If the sentences of a key differ, the sentence of the first of
-    these runs is returned, and the run is named.
+    ``by_run`` contains the facts of each run by its number. If the sentences of a key differ, the sentence of the first
+    of these runs is returned, and the run is named.
     """
     by_key: dict[str, dict[int, Fact]] = {}
     for number, facts in by_run.items():

@@ -17,7 +17,7 @@ Value = float | int | str | None
 
 
 def sentence(key: str, **parts: Any) -> str:
-    """Return the text of a block on one line. ``parts`` has the values that the block uses, by name."""
+    """Return the text of a block on one line. ``parts`` contains the values that the block uses, by name."""
     return _rendered(key, parts)[0]
 
 
@@ -29,7 +29,7 @@ def stated(
 
 
 def doubted(key: str, value: Value = None, unit: str = "", **parts: Any) -> Fact:
-    """Return a doubt, which should be read before the result."""
+    """Return a fact of the kind "doubt": a warning that should be read before the result."""
     return stated(key, value, unit, "doubt", "caution", **parts)
 
 

@@ -51,8 +51,9 @@ class Columns(Settings):
     )
     """Columns of readings, as letters or spans of letters, such as ["B", "C"] or ["B:D"]. No other column is read."""
     places: Unit | Annotated[tuple[float, ...], Field(min_length=2, max_length=10_000)] | None = None
-    """Meaning of the station numbers. Give their unit or, if they only count stations, positions in mm: two positions,
-    of the lowest and highest number, if stations are evenly spaced, and otherwise one for each station in order."""
+    """Meaning of the station numbers. If they are positions, give their unit. If they only count stations, give
+    positions in mm: two (for the lowest and the highest number) if stations are evenly spaced, otherwise one for each
+    station in order."""
     repeat: Annotated[str, Field(pattern=COLUMN)] | None = None
     """Column that numbers the readings of a station, if each reading has its own row."""
     s_from: Literal["first", "second"] | None = None
@@ -74,7 +75,7 @@ class Declared(Settings):
     separator: Separator | None = None
     """Separator between the fields of a text file. It is needed if the separator is ambiguous."""
     decimal: Decimal | None = None
-    """Decimal mark. It is needed if "1,234" may mean either one and a quarter or more than a thousand."""
+    """Decimal mark. It is needed if a number such as "1,234" may mean 1.234 or 1234."""
     quantity: Quantity | None = None
     """Direction of the readings. level is measured upward from the datum, depth downward. It is needed if the header
     names neither."""
@@ -88,7 +89,7 @@ class Declared(Settings):
     with the same position, or without one, are repeats. Give "range", "worksheets" or "names" if texts outside the
     range, texts on other worksheets, or the names of file and worksheet do not change the readings."""
     datum: Datum = "sample_surface"
-    """Datum of the readings. In this format it is the sample's surface, which is the face."""
+    """Surface from which the readings are measured. Default: the sample's surface, which is the face."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
     """Height of the datum above the sample's surface. It is required if the datum is not the sample's surface, because
     no sheet shows it."""
@@ -133,8 +134,8 @@ class Readings(Declared):
     mentions "undeclared"."""
     fitted: tuple[str, ...] | None = None
     """Settings of the trial that were fitted to these readings, by dotted name, such as "fluid.yield_stress_pa". They
-    can only be given with the role "calibrated-on". An empty list declares that none was fitted. Default: undeclared,
-    as reports then state."""
+    can only be given with the role "calibrated-on". An empty list declares that no setting was fitted. Default: not
+    declared, which reports then mention."""
     state: Literal["wet", "cured"] | None = None
     """State of the sealant when it was read. Cured sealant has lost part of the dispensed volume."""
     shrinkage_percent: float | None = Field(default=None, ge=0, lt=100)
@@ -144,10 +145,10 @@ class Readings(Declared):
     rounding: Rounding | None = None
     """Rounding of each number to the last digit. "nearest": as a digital caliper rounds. "down": to the next lower
     number. "toward_zero": as on a ruler that is read to the last mark passed. The last two differ for negative numbers:
-    in steps of 0.5, -12.3 becomes -12.5 or -12. Default: undeclared, as reports then state."""
+    in steps of 0.5, -12.3 becomes -12.5 or -12. Default: not declared, which reports then mention."""
     limit_mm: float | None = Field(default=None, ge=0, le=10)
-    """Limit of the caliper's error, including the error of its scale: 2 % of 10 mm is 0.2. Default: 0.02, as for
-    digital calipers up to 150 mm. The error of scale then counts as undeclared."""
+    """Limit of the caliper's error, including the error of its scale: a scale that is 2 % off adds 0.2 at 10 mm.
+    Default: 0.02, as for digital calipers up to 150 mm. The error of the scale then counts as undeclared."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
     """Width of the tip that touches the sealant. The tip reads the highest point below it."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
@@ -172,7 +173,7 @@ class Readings(Declared):
             )
         if self.shrinkage_percent is not None and self.state != "cured":
             raise ValueError(
-                f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured": set it, or remove this key'
+                f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured": set this, or remove the key'
             )
         return self
 
@@ -188,8 +189,8 @@ class Gate(Settings):
 
 
 PASS_MM = 0.2
-"""Standard deviation of a pass in mm that is assumed if none is declared. Three passes, with two degrees of freedom,
-cannot exclude it."""
+"""Assumed standard deviation of a whole pass along the crack, in mm, if none is declared. Three passes, with two
+degrees of freedom, cannot exclude it."""
 ANGLE = "wall_angle_deg"
 OF_THE_WALLS = ("width_mm", ANGLE, "depth_mm")
 """Settings of [uncertainty] that change the solid, in the order in which a weighed fill fits them."""
@@ -206,8 +207,8 @@ OrNone = Annotated[float, Field(ge=0, le=1000)]
 class Uncertainty(Settings):
     """Standard uncertainties (one standard deviation) of what was set, measured or assumed.
 
-    All of them are optional. An uncertainty that is neither declared nor has a default is not included, as the report
-    states.
+    All of them are optional. An uncertainty that is neither declared nor has a default is not included. The report
+    states this.
     """
 
     differences: Method | None = None
@@ -243,7 +244,8 @@ class Uncertainty(Settings):
     """Uncertainty of each station's position along the crack, independent of the others, for example if a caliper is
     placed by hand."""
     common_mm: Standard | None = None
-    """Uncertainty that all repeats at a station share, for example if a rough surface is read at one point."""
+    """Uncertainty that is the same for all repeats at a station, for example if a rough surface is always read at the
+    same point."""
     operator_mm: OrNone | None = None
     """Uncertainty of the offset of an operator who took all repeats. 0 declares that there is no offset. If each repeat
     has its own operator, repeats are passes (``pass_mm``)."""

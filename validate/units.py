@@ -74,7 +74,7 @@ def setting_name(setting: str) -> str:
 
 
 LONGEST_VALUE = 120
-"""Largest number of characters of a setting that are shown. A board of markers has a thousand."""
+"""Largest number of characters of a setting's value in a table. A board of markers has a thousand."""
 
 
 def setting_words(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""The Python interface. This file has the errors, records and checks that all of its modules use."""
+"""The Python interface. This file contains the errors, records and checks that all of its modules use."""
 
 import hashlib
 import warnings
@@ -23,7 +23,7 @@ __all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
 
 FilePath = str | PathLike[str]
 Points = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
-"""Points (x, y) or rows of a station and a value, (n, 2)."""
+"""Points (x, y), or rows of a position along the crack and a value, (n, 2)."""
 
 Table = TypeVar("Table", bound=Settings)
 
@@ -31,8 +31,8 @@ Table = TypeVar("Table", bound=Settings)
 def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any], **replaced: Any) -> Table:
     """Return settings of the type ``kind`` from the arguments of a function.
 
-    ``keywords`` is the function's ``locals()``, and ``replaced`` has values that replace some of them. None means the
-    default. Raises InputError for a value or a keyword that is not allowed. Its text begins with ``function``.
+    ``keywords`` is the function's ``locals()``, and ``replaced`` contains values that replace some of them. None means
+    the default. Raises InputError for a value or a keyword that is not allowed. The message begins with ``function``.
     """
     settings = keywords.get("keywords", {})
     if unknown := [name for name in settings if name not in KEYWORDS[function]]:
@@ -49,9 +49,9 @@ def warn(texts: Iterable[Fact | str]) -> None:
 
 
 def origins_of(record: object) -> dict[str, str]:
-    """Return the crack, the solid and the path from which ``record`` was computed, or which it is.
+    """Return the origins of ``record``: the crack, the solid and the path from which it was computed.
 
-    Each is described by its main figure and a digest.
+    A crack, a solid or a path is also its own origin. Each origin is described by its main figure and a digest.
     """
     origins = dict[str, str](getattr(record, "made_of", ()))
     if isinstance(record, Outline):
@@ -71,8 +71,8 @@ def origins_of(record: object) -> dict[str, str]:
 def of_one_crack(function: str, *records: object) -> Origins:
     """Return the crack, the solid and the path from which all ``records`` were computed.
 
-    Raises InputError if two records were computed from different ones. A record that is None, or that was not made by
-    this interface, is not checked.
+    Raises InputError if two records were computed from different cracks, solids or paths. A record that is None, or
+    that was not made by this interface, is not checked.
     """
     firsts = dict[str, tuple[str, object]]()
     for record in records:
@@ -81,7 +81,7 @@ def of_one_crack(function: str, *records: object) -> Origins:
             if first != origin:
                 raise InputError(
                     f"{function}: {record} belongs to the {kind} with {origin}, but {other} belongs to another one, "
-                    f"with {first}. Compute both from the same; in a notebook, run the cells in between again."
+                    f"with {first}. Compute both from the same one; in a notebook, run the cells in between again."
                 )
     return tuple((kind, origin) for kind, (origin, _) in firsts.items())
 

@@ -48,8 +48,8 @@ OF_A_FILE = ("sheet", "separator", "decimal", "unit")
 class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
-    ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm``, (n, r), has
-    the single readings. A missing reading is NaN.
+    ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm``, (n, r),
+    contains the single readings. A missing reading is NaN.
     """
 
     settings: Readings
@@ -374,7 +374,7 @@ def write_report(
         Results of the other functions. ``run`` may be the result of ``fill_fast``. Without ``result``, the report shows
         only the simulation.
     name, note
-        Title of the report (default: the folder's name), and a text that a reader must know about this trial.
+        Title of the report (default: the folder's name), and a note that a reader of the report must know.
     pdf
         True to write report.pdf too.
 

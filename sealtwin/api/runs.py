@@ -32,7 +32,7 @@ class PlannedPath(Trajectory):
 
     @property
     def doubts(self) -> tuple[Fact, ...]:
-        """Doubts about settings outside their usual ranges."""
+        """Warnings about settings outside their usual ranges."""
         return doubts_of(self.settings)
 
 
@@ -124,14 +124,14 @@ def inject(
         "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU. A device that does
         not exist is an error.
     threads
-        Number of CPU threads. The result does not depend on it. Default: one per core, up to 8.
+        Number of CPU threads, on which the result does not depend. Default: one per core, up to 8.
     progress
         True to show progress on stderr. Default: True in a terminal or a notebook.
 
     Returns
     -------
     Run
-        The particles at the end of the run. ``position_mm``, (n, 3), is in mm. ``health`` has figures of numerical
+        The particles at the end of the run. ``position_mm``, (n, 3), is in mm. ``health`` contains figures of numerical
         quality. On a CPU, the same input gives bit-identical results.
 
     Raises
@@ -190,7 +190,7 @@ def fill_fast(
     nozzle: Nozzle | None = None,
     **keywords: Any,
 ) -> SimulatedLevel:
-    """Fill the crack with the fast model. It takes a tenth of a second instead of minutes, which suits parameter loops.
+    """Fill the crack with the fast model. This takes a tenth of a second instead of minutes.
 
     The fast model computes a layer of paste that spreads along the crack. ``inject`` computes particles.
 
@@ -264,7 +264,7 @@ def release_block(
         Settings of the fluid.
     solver
         Settings of the solver, with ``radius_mm``. With 12 to 20 particle diameters across the block's shortest side,
-        half the radius changes the front by about 3 %. ``substeps`` divides the longest possible substep. Default: 1.
+        halving the radius moves the front by about 3 %. ``substeps`` divides the longest possible substep. Default: 1.
     seed
         Seed of the small random offsets of the particles' first positions.
     device

@@ -62,7 +62,7 @@ SCALE = (
     *("markers", "lens", "camera_distance_mm", "mask", "data"),
 )
 HINTS = ("ends_px", "via_px", "roi_px", "crack", "edge_fraction", "branches", "width_mm", "path_only")
-"""Settings of [photo] that are hints about the crack. ``SCALE`` has those about the scale."""
+"""Settings of [photo] that are hints about the crack. ``SCALE`` lists the settings of [photo] about the scale."""
 
 
 @keywords_of(PhotoInput, only=SCALE)
@@ -144,7 +144,7 @@ def trace_crack(
     -------
     CrackOutline
         The crack in mm and px. ``s_mm`` is the arc length along the centreline from the first end. If the texture of
-        the ground is as coarse as the crack, the walls are the rims of the dark region (``width_source`` "region"). If
+        the surface is as coarse as the crack, the walls are the rims of the dark region (``width_source`` "region"). If
         the crack is narrower than 8 px, its width is fitted to its profile ("fit", with ``width_95_mm``). If it is
         narrower than 2 px, the result is a path without walls ("none").
 
@@ -355,7 +355,8 @@ def import_dxf(
     Raises
     ------
     InputError
-        The file cannot be read, a layer is missing or has other lines than expected, or the lines do not bound a crack.
+        The file cannot be read, a layer is missing or contains other lines than expected, or the lines do not bound a
+        crack.
 
     Examples
     --------

@@ -92,7 +92,7 @@ def sweep(
     Raises
     ------
     InputError
-        A setting of a run is not valid (all are checked before the first run), or the folder has another sweep.
+        A setting of a run is not valid (all are checked before the first run), or the folder contains another sweep.
 
     Warns
     -----

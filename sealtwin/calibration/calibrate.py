@@ -38,7 +38,7 @@ from validate.figures.calibration_page import calibration_page
 from validate.figures.page import write_page
 from validate.units import counted
 
-LIBRARY = "library"  # Name of the folder with a study folder for each trial, which has the trial's runs
+LIBRARY = "library"  # Name of the folder that contains a study folder for the runs of each trial
 PREDICTING = 12  # Number of posterior draws that are run in a held-out trial
 OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of a trial whose values differ from pour to pour
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
@@ -160,7 +160,7 @@ def _require_different(twins: Sequence[Twin]) -> None:
 
 
 def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
-    """Predict a held-out trial by running draws of the posterior. The trial's path, crack and nozzle do not change."""
+    """Predict a held-out trial by runs at draws of the posterior. The trial's path, crack and nozzle do not change."""
     chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     runs = [{name: values[name] for name in values if name.partition(".")[0] not in OF_A_POUR} for values in settings]

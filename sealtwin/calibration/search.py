@@ -1,8 +1,8 @@
 """Choose and compute the runs of a calibration step by step, until the budget of runs is used.
 
 The first sixteen runs are points of a Sobol sequence, and one of them is repeated with three more seeds. Each further
-round computes three draws of the posterior: the most likely one, and those at which the emulator is least certain. At
-the end, three runs with new seeds confirm the most likely settings. The emulator models the profile, not its error
+round computes three draws of the posterior: the most likely draw, and the draws at which the emulator is least certain.
+At the end, three runs with new seeds confirm the most likely settings. The emulator models the profile, not its error
 (Astudillo and Frazier 2019, Proc. Mach. Learn. Res. 97:354). A ``Twin`` runs a trial with other settings, in a folder
 that is built like the folder of a study.
 """
@@ -34,21 +34,23 @@ from validate.settings import Readings
 from validate.uncertainty.computed import require_different
 
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
-"""Numbers of runs: in the first design, with further seeds of one of them, in a round, and to confirm the result."""
+"""Numbers of runs: in the first design, of one of these runs with further seeds, in a round, and to confirm the
+result."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
 STOP_IMPLAUSIBILITY = 3.0
 """Implausibility of the best settings above which the search stops early.
 
 It is larger than 1, because an emulator of few runs is overconfident. One of four searches with drafts began at 2.0,
 although the readings were from a run of the same paste."""
-MIN_USABLE = 0.75  # Smallest fraction of runs that must have a result
+MIN_USABLE = 0.75  # Smallest allowed fraction of runs with a valid result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
 Setting = dict[str, float]
 Levels = Sequence[Floats | None]  # Level of each run at the stations, or None for a run that is not used
 Runner = Callable[[Sequence[tuple[Setting, int]]], Levels]
-"""Function that computes runs. Its argument has, for each run so far, the settings and a number that is added to the
-seed. It computes only new runs, and returns the levels at the stations, or None for a run that is not used."""
+"""Function that computes runs. Its argument lists, for each run so far, the settings and a number that is added to the
+seed. The function computes only new runs, and returns the levels at the stations, or None for a run that is not
+used."""
 
 
 @dataclass
@@ -131,7 +133,7 @@ class _Search:
         return Posterior(self.frees, emulators, [source.evidence for source in self.sources]), reaches
 
     def nearest(self) -> int:
-        """Return the index of the run whose levels are nearest to all readings, with the covariance of the readings."""
+        """Return the index of the run whose levels are nearest to all readings, weighted by their covariance."""
         total = np.zeros(len(self.points))
         for levels_mm, source in zip(self.levels_mm, self.sources, strict=True):
             root = np.linalg.cholesky(source.evidence.covariance_mm2)
@@ -141,10 +143,10 @@ class _Search:
         return int(total.argmin())
 
     def next_round(self, posterior: Posterior, count: int) -> Floats:
-        """Return ``count`` points for the next runs.
+        """Return ``count`` points for the next runs, (count, d).
 
         The first point is the most likely draw. Each further point is the draw at which the emulators are least
-        certain, if the points before it are assumed to be computed.
+        certain, if the runs at the points before it are assumed to be computed.
         """
         posterior = replace(posterior, smooth=False)
         draws, _ = posterior.draws(DRAWS, STEPS_OF_A_ROUND)
@@ -231,7 +233,8 @@ class Twin:
         self._work_s = [run.work_s for run in self.plan.runs]
         draft, accurate = self.plan.runs
         self.drafts = draft.key != accurate.key
-        """False if all runs are accurate, or if the trial has another preset."""
+        """True if some of the runs are drafts. False if all runs are accurate, or if the trial's preset is not
+        "accurate"."""
         self._sample = record_files.read_sample(self.folder / "samples" / draft.sample)
         self.outline, self.solid = self._sample.outline, self._sample.solid
         self.sheet = file.parent / sheet_settings.file
@@ -310,9 +313,9 @@ class Twin:
 
     @property
     def health(self) -> RunHealth:
-        """Numerical health of the last run. If it failed, the health of a run with another seed and the same settings.
+        """Numerical health of the last run.
 
-        Empty if all of them failed.
+        If that run failed, the health of a run with another seed and the same settings. Empty if all these runs failed.
         """
         last = max(self.plan.runs, key=lambda run: run.number)
         alike = [run for run in self.plan.runs if run.settings | {"seed": 0} == last.settings | {"seed": 0}]
@@ -350,7 +353,7 @@ def fit_to_calibrate(file: Path, trial: Trial) -> Readings:
         )
     if not trial.solver.has_particles:
         raise InputError(
-            f'{file}: solver.model is "{trial.solver.model}", but a calibration requires "particles". Change it.'
+            f'{file}: solver.model is "{trial.solver.model}", but a calibration requires "particles". Set this value.'
         )
     require_sample(trial, file.parent)
     check_sheet(file.parent / trial.readings.file)

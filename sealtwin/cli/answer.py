@@ -45,7 +45,7 @@ FLAGS = {
 }
 ENDS = {"device": parameter("device", str, DEVICE, "auto")}
 ENDS |= {name: parameter(name, bool, shown, False) for name, shown in FLAGS.items()}
-"""Options that many commands have, by the field of ``Command``. They are last in the help."""
+"""Options that many commands have, by the field of ``Command``. The help lists them last."""
 
 Function = Callable[..., None]
 
@@ -125,8 +125,8 @@ class Commands(TyperGroup):
 class CheckedCommand(TyperCommand):
     """Command that makes its options only when they are needed, because settings import pydantic.
 
-    It refuses an option that is given twice. Click would silently use the last value. Options that take a list may be
-    repeated.
+    The command refuses an option that is given twice. Click would silently use the last value. Options that take a
+    list may be repeated.
     """
 
     @property
@@ -210,7 +210,8 @@ def ending(command: Command) -> Iterator[None]:
     except SealtwinError as fault:
         command.fail(str(fault), fault.exit_code)
     except BrokenPipeError:
-        # The program that reads stdout has ended. Without this, the interpreter reports an error when it flushes.
+        # The program that reads stdout has ended. Without this, the interpreter reports an error when it flushes
+        # stdout.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(BAD_INPUT) from None
     except OSError as fault:

@@ -62,7 +62,7 @@ def doctor(command: Command) -> None:
 
 
 def _photo() -> str:
-    """Draw a marker and detect it. This fails if OpenCV was built without the module aruco, a common fault."""
+    """Draw a marker and detect it. The test fails if OpenCV was built without the module aruco, a common fault."""
     import cv2
     import numpy as np
 

@@ -34,7 +34,7 @@ def option(help: str, metavar: str, *names: str) -> Any:
 
 
 def flag(name: str, help: str) -> Any:
-    """Return the description of an option without a value. With the name given, there is no option "--no-..."."""
+    """Return the description of an option without a value. Because of the name, there is no option "--no-..."."""
     return typer.Option(name, help=help)
 
 
@@ -132,7 +132,7 @@ def board(path: str, _: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class FieldOption:
-    """Command-line option for a field of a settings model. The field has the help text, the bounds and the default."""
+    """Command-line option for a field of a settings model. The field defines its help text, bounds and default."""
 
     root: "type[Settings]"
     key: str  # Dotted name of the field in ``root``
@@ -218,7 +218,7 @@ PHOTO = (
     *("photo.roi_px", "photo.mask", "photo.width_mm"),
 )
 FLUID = ("solver.preset", "seed", "seeds")
-"""Everyday settings of a trial that have an option each, as ``PHOTO`` does."""
+"""Everyday settings of a trial. Each has its own option, as each setting in ``PHOTO`` has."""
 FORMS = {
     "crack.depth_mm": "MM|CSV",
     "photo.width_mm": "MM|CSV",
@@ -306,7 +306,8 @@ def read_model(model: str, arguments: dict[str, Any]) -> Any:
 
     kind, values = model_of(model), dict[str, Any]()
     for name, field in kind.model_fields.items():
-        # Absent options stay unset. The model can then distinguish them from options given with the default value.
+        # Absent options stay unset. The model can then distinguish absent options from options given with the default
+        # value.
         if (text := arguments.pop(name)) is not None and text is not field.default:
             values[name] = FieldOption(kind, name).value(text)
     try:
@@ -318,7 +319,7 @@ def read_model(model: str, arguments: dict[str, Any]) -> Any:
 def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
     """Return settings by dotted name, from everyday options and from texts "table.key=value".
 
-    ``options`` has the texts of the everyday options by dotted name. Names of files become absolute. Raises
+    ``options`` contains the texts of the everyday options by dotted name. Names of files become absolute. Raises
     typer.BadParameter for a text that cannot be read and for a setting that is given twice, and InputError for a file
     that cannot be used.
     """

@@ -35,7 +35,8 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
         "Draw them without crossings and without points closer than 1 µm.",
     ),
 }
-"""Fault of a drawing and its remedy, by the kind of the mesh's fault. An empty fault means: use the mesh's text."""
+"""Fault of a drawing and its remedy, by the kind of the fault in the mesh. If the fault is "", the text of the fault in
+the mesh is used."""
 
 
 @answers("mesh.units", needs=("mesh.units",))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from validate.figures.page import Page
 
 LAUNCH = 256  # Runs computed together on a GPU. For the paper's trial they use 2 GB, or 6 GB if nothing freezes
-MAX_NAMED = 8  # Largest number of failed runs that are printed. The table has all of them
+MAX_NAMED = 8  # Largest number of failed runs that are printed. The table contains all of them
 
 
 @answers()

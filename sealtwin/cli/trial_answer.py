@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from validate.comparison import Comparison
     from validate.result import TrialResult
 
-Rows = Iterator[tuple[str, str]]  # Pairs of a label and a text. A label that repeats the one before is not printed
+Rows = Iterator[tuple[str, str]]  # Pairs of a label and a text. A label that repeats the previous label is not printed
 LABEL_LETTERS = 9  # Width of the column of labels, in characters
 MIN_MM3 = 200.0  # Smallest volume above the face that is printed
 
@@ -100,7 +100,7 @@ def result_lines(
     Args:
         result: Result of the trial.
         last: Last stage of the command.
-        printed: Facts that the command has printed. They are not repeated.
+        printed: Facts that the command has printed. These are not repeated.
         can_be_varied: True if 'sealtwin validate RUN --uncertainty' can add to the result. The lines then suggest it.
     """
     from validate.sentences import sentence

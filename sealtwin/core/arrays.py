@@ -57,7 +57,7 @@ def _points(value: Any) -> Floats:
 
 
 def unit(vectors: Floats) -> Floats:
-    """Return the rows of ``vectors`` scaled to unit length. A zero vector remains zero."""
+    """Return the rows of ``vectors``, (n, d), scaled to unit length. A zero vector remains zero."""
     size = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.where(size > 0, size, 1.0)
 
@@ -71,7 +71,7 @@ def require_as_long(record: object, first: str, *others: str) -> None:
 
 
 def counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
-    """Return each index k ``count[k]`` times, and beside these copies the numbers first[k], first[k] + 1, and so on.
+    """Return each index k ``count[k]`` times, and for these copies the numbers first[k], first[k] + 1, and so on.
 
     Both arrays have length ``count.sum()``.
     """

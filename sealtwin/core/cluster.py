@@ -32,11 +32,11 @@ KILLED = f"{TRIES} worker processes were killed during this task, probably becau
 NOT_STARTED = "no worker process could start; in a script, call sealtwin only below the line: if __name__ == '__main__'"
 WORKER_ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"),
-    # The C library then returns the memory that a run frees to the system.
+    # The C library then returns freed memory to the system.
     "MALLOC_TRIM_THRESHOLD_": "65536",
 }
-STARTING = Lock()  # Lock that is held while the variables of a worker are set in this process
-CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, which usually connect within seconds
+STARTING = Lock()  # Lock that is held while the environment of a worker is set in this process
+CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, both of which usually connect within seconds
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -7,7 +7,8 @@ from pathlib import PurePath
 from typing import Any, Literal, NamedTuple
 
 Reader = Literal["trial", "pairing", "python"]
-"""Place where the user answers a doubt: a trial file or lab.toml, pairing.csv, or an argument of a Python function."""
+"""Input in which the user answers a doubt: a trial file or lab.toml (trial), pairing.csv (pairing), or an argument of a
+Python function (python)."""
 CONFIRMS = "as_written"  # Setting with which the user confirms a doubtful value
 COLUMNS = "columns."  # Prefix of the settings in [readings.columns]
 UNKNOWN = "..."  # Text shown instead of a value that only the user can give
@@ -60,7 +61,7 @@ class Doubt:
         return tuple(_column(key) for key in self.answers)
 
     def in_words(self, reader: Reader = "trial", file: str = "") -> str:
-        """Return the doubt and its possible answers as sentences, in the syntax of the place ``reader``.
+        """Return the doubt and its possible answers as sentences, in the syntax that ``reader`` names.
 
         ``file`` replaces the path of the file, if it is given.
         """

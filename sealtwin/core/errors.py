@@ -18,7 +18,7 @@ Kind = TypeVar("Kind")
 
 
 class SealtwinError(Exception):
-    """Fault that the user can correct. The message states the place, the value, what is allowed and what to do."""
+    """Fault that the user can correct. The message states the location, the value, what is allowed and what to do."""
 
     exit_code: ClassVar[int] = 1
 
@@ -50,7 +50,7 @@ class ShapeError(InputError):
     """Shape that is not a sample with one crack.
 
     The stage that finds the fault gives a ``remedy`` for a user who drew the shape. A command that made the shape
-    itself may replace the remedy by one of its own, depending on ``kind``.
+    itself may replace the remedy by its own remedy, depending on ``kind``.
     """
 
     def __init__(self, wrong: str, remedy: str = "", kind: ShapeKind = "", file: Path | None = None) -> None:

@@ -52,7 +52,7 @@ Facts = tuple[Fact, ...]
 def doubt(
     key: str, text: str, value: float | int | str | None = None, unit: str = "", level: Level = "caution"
 ) -> Fact:
-    """Return a fact of the kind doubt. Its default level is "caution"."""
+    """Return a fact of the kind "doubt", a warning about the result. Its default level is "caution"."""
     return Fact(key, text, value, unit, "doubt", level)
 
 

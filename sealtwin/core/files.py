@@ -23,7 +23,7 @@ from sealtwin.core.records import Floats
 
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 MISSING = re.compile(r"(?<=,)(?=,|\r?$)|^(?=,)", re.MULTILINE)  # Pattern of an empty field in a CSV
-TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file. A user's file is unlikely to have it
+TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file. Users' files are unlikely to contain it
 TEMPORARY = re.compile(rf"\.{TEMPORARY_MARK}-\d+-[0-9a-f]{{8}}(\..+)?", re.DOTALL)
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """First characters of cells that a spreadsheet runs as a formula. Some also accept the last four (full-width)."""
@@ -35,8 +35,8 @@ def replacing(path: Path, *, lasting: bool = True) -> Iterator[Path]:
 
     If ``lasting`` is False, the file may be empty after a loss of power.
 
-    The temporary path has the suffix of ``path``, because writers choose the format by the suffix. It does not repeat
-    the stem, which may already have the greatest allowed length.
+    The temporary path has the suffix of ``path``, because writers choose the format by the suffix. The temporary name
+    does not repeat the stem of ``path``, which may already have the greatest allowed length.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{TEMPORARY_MARK}-{os.getpid()}-{secrets.token_hex(4)}{path.suffix}")

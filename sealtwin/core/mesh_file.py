@@ -68,7 +68,7 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
     content = read_bytes(path, LARGEST_BYTES)
     load_trimesh()
     try:
-        # Very large numbers overflow and signalling NaNs warn. Both are refused below, without a warning here.
+        # Very large numbers and signalling NaNs cause warnings here. Both are refused below.
         with warnings.catch_warnings(), np.errstate(over="ignore", invalid="ignore"):
             warnings.simplefilter("ignore")
             # NumPy only warns if text that is not a number ends an array early, and triangles would then be lost.

@@ -17,7 +17,8 @@ LARGEST_BYTES = 200_000_000
 
 A larger file would fill the memory."""
 LARGEST_HASHED_BYTES = 10_000_000_000
-"""Largest file that is hashed, in bytes. It is larger than any input, but stops at a sparse file of enormous size."""
+"""Largest file that is hashed, in bytes. The limit is larger than any input, but excludes sparse files of enormous
+size."""
 LARGEST_TABLE_BYTES = 200_000  # Largest table of numbers from a user, in bytes
 Bounds = Mapping[str, tuple[float, float]]
 """Smallest and largest allowed value of each column, by column name."""

@@ -93,7 +93,7 @@ class _Timed(Progress):
         self._ends_s = time.monotonic() + left_s
 
     def _left(self, done: int) -> str:
-        """Return the remaining time of the command in words. Returns "" without an estimate or after the last step."""
+        """Return the remaining time of the command in words. Returns "" if it is unknown, or after the last step."""
         now_s = time.monotonic()
         by_pace_s = self._pace.left_s(done, now_s)
         left_s = by_pace_s if self._ends_s is None else max(0.0, self._ends_s - now_s)

@@ -93,7 +93,7 @@ class Simulation(Result, FilledBy):
     @model_validator(mode="after")
     def _has_sealant(self) -> Self:
         if not self.particles and self.has_particles:
-            raise ValueError("particles is 0, but bed, the fill by the fast model, is missing")
+            raise ValueError("particles is 0, but bed, the fast model's fill, is missing")
         return self
 
     @property
@@ -135,7 +135,7 @@ def read_outline(folder: Path) -> Outline:
 def write_solid(folder: Path, solid: Solid) -> None:
     """Write crack.stl and crack.ply in millimetres, crack.glb, and solid.json.
 
-    crack.glb is in metres with y up, as glTF requires. solid.json has the data that these formats cannot contain:
+    crack.glb is in metres with y up, as glTF requires. solid.json contains the data that these formats cannot contain:
     units, labels of the triangles, and volumes.
     """
     load_trimesh()
@@ -152,7 +152,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
         **{key: getattr(solid, key) for key in keys},
         "sections": {key: _rounded(values) for key, values in vars(solid.sections).items() if values is not None},
         **solid.figures.recorded(),
-        # The text has one digit for each triangle of crack.ply, in the same order.
+        # The text contains one digit for each triangle of crack.ply, in the same order.
         "face_label": "".join(str(label) for label in solid.face_label),
         "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
     }
@@ -273,7 +273,7 @@ def read_profile(folder: Path, name: str = PROFILE) -> Profile:
 def write_level(folder: Path, s_mm: Floats, levels_mm: Mapping[int, Floats], half_mm: float) -> None:
     """Write level.csv: the mean level of several seeds, its band of half-width ``half_mm``, and the level of each seed.
 
-    ``levels_mm`` has the levels at ``s_mm``, (k,), by seed.
+    ``levels_mm`` contains the level of each seed at ``s_mm``, (k,).
     """
     mean_mm = np.mean([*levels_mm.values()], axis=0)
     columns = (*LEVEL_COLUMNS, *map(_column_of, levels_mm))

@@ -36,7 +36,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import EndKind, SolidFigures, Span
 
-FACING = 0.98  # Smallest cosine of the angle (11 degrees) at which a line between the walls counts as square
+FACING = 0.98  # A line between the walls counts as perpendicular if it deviates by up to 11 degrees (cosine)
 
 PathSource = Literal["ends", "via", "choice", "mask", "mesh", "drawn"]
 """Source of a crack's path.
@@ -49,8 +49,8 @@ user gave lines in mm.
 WidthSource = Literal["walls", "region", "fit", "gauge", "none"]
 """Source of a crack's width.
 
-walls: measured between the walls; region: measured between the rims of the dark region along the path, on coarse
-ground; fit: fitted to the blurred profile of a crack too thin for walls; gauge: given by the user, for example from a
+walls: measured between the walls; region: measured between the rims of the dark region along the path, on a coarse
+surface; fit: fitted to the blurred profile of a crack too thin for walls; gauge: given by the user, for example from a
 crack gauge; none: there is only a path, and both walls are on the centreline.
 """
 
@@ -133,7 +133,7 @@ class Outline(HasSummary):
     warnings: tuple[Fact, ...] = ()
     islands_mm: tuple[Points, ...] = ()  # Clockwise rings around parts inside the outline that are not crack
     bands_mm: tuple[Points, ...] = ()
-    """Rings around bands along the walls that may be crack or ground, for example debris.
+    """Rings around bands along the walls that may or may not belong to the crack, for example debris.
 
     ``width_95_mm`` covers both cases."""
     branches_mm: tuple[Points, ...] = ()
@@ -192,16 +192,16 @@ class Outline(HasSummary):
 
     @property
     def width_mm(self) -> Floats:
-        """Width at each centreline point: the distance between the walls, square to the centreline, (n,).
+        """Width at each centreline point: the distance between the walls, perpendicular to the centreline, (n,).
 
-        The widths add up to the crack's area. Where the line between the two wall points is oblique, only its component
-        square to the centreline counts. This is so in a sharp bend, and at an oblique open end, where both wall points
-        are on the edge of the face. At such an end the components are as rough as the walls, so their mean is used from
-        the end to the nearest point whose walls face each other.
+        The widths add up to the crack's area. If the line between the two wall points is oblique, only its component
+        perpendicular to the centreline counts. The line is oblique in a sharp bend, and at an oblique open end, where
+        both wall points are on the edge of the face. At such an end, the components are as rough as the walls, so their
+        mean is used from the end to the nearest point at which the walls face each other.
         """
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
         width_mm = np.linalg.norm(across_mm, axis=1)
-        # A centreline made by hand may reverse at a point. No direction is square to it there.
+        # A centreline made by hand may reverse at a point. No direction is perpendicular to it there.
         ahead = unit(np.gradient(self.centreline_mm, axis=0))
         square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])
         facing = np.flatnonzero(square_mm >= FACING * width_mm)
@@ -223,9 +223,9 @@ class Outline(HasSummary):
 
     @property
     def width_doubt_mm(self) -> float | None:
-        """Standard uncertainty of the mean width: a quarter of the length of its 95 % interval.
+        """Standard uncertainty of the mean width, which is a quarter of the length of its 95 % interval.
 
-        None without an interval.
+        None if the width has no interval.
         """
         return None if self.width_95_mm is None else (self.width_95_mm[1] - self.width_95_mm[0]) / 4
 
@@ -236,7 +236,7 @@ class Sections:
 
     s_mm: Numbers  # (k,), increasing
     depth_mm: Numbers  # (k,)
-    area_mm2: Numbers  # Area of each section below the face, square to the centreline, (k,)
+    area_mm2: Numbers  # Area of each section below the face, perpendicular to the centreline, (k,)
     levels_mm: Numbers | None = None  # Levels of the table, from the deepest floor to 0, (n,). None for straight walls
     below_mm2: Numbers | None = None  # Area of each section below each level, (k, n). None for straight walls
 
@@ -280,9 +280,9 @@ class Solid(HasSummary):
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3)
     face_label: Integers  # (f,), FaceLabel values
-    block_mm: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the block. Dams may be outside
+    block_mm: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the block. Dams may be outside this box
     depth_mm: float  # Largest depth of the cavity
-    tilt: str  # Meaning of the walls' tilt, or "modelled" for a mesh whose walls have no constant angle
+    tilt: str  # Kind of the walls' tilt, or "modelled" for a mesh whose walls have no constant angle
     wall_angles_deg: tuple[float, float]  # Angles of the left and the right wall from the vertical
     cavity_volume_mm3: float  # Volume between the walls, below the face and inside the block
     sections: Sections  # Cross-sections of the main crack, without side cracks and the parts beyond the ends
@@ -350,9 +350,9 @@ class Trajectory(HasSummary):
 
     @property
     def giving(self) -> slice:
-        """Slice of the waypoints from the first to the last that dispense sealant, without leads.
+        """Slice of the waypoints from where sealant first flows to where it stops, without leads.
 
-        All waypoints if the path dispenses no sealant.
+        The slice contains all waypoints if the path dispenses no sealant.
         """
         flowing = np.flatnonzero(self.flow_mm3_s[:-1] > 0)
         return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, len(self.t_s))
@@ -393,9 +393,9 @@ class Run(HasSummary, Bed, FilledBy):
     device: str
     health: RunHealth  # Figures that show whether the run is reliable: density error, neighbours, iterations, times
     fast_fill: FastFill | None = None
-    remarks: tuple[Fact, ...] = ()  # Properties of the sealant that this run cannot show, known before the first frame
+    remarks: tuple[Fact, ...] = ()  # Sealant properties that the run cannot represent, found before the first frame
     level: "Profile | None" = None  # Level computed by the fast model. None for a run with particles
-    doubts: tuple[Fact, ...] = ()  # Doubts about settings outside their usual ranges
+    doubts: tuple[Fact, ...] = ()  # Warnings about settings outside their usual ranges
     made_of: Origins = ()
 
     @property

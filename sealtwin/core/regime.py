@@ -83,7 +83,7 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
 
     def profile(curvature: float) -> tuple[Floats, Floats]:
         """Return the height of each piece of half the surface, and its length across the crack, (k,) each."""
-        # With phi = k l sinh(t), the same t suit a half circle and a steep edge beside a flat middle.
+        # With phi = k l sinh(t), the same nodes t resolve a half circle, and a steep edge beside a flat middle.
         scale = curvature * capillary_mm
         end = np.arcsinh(np.pi / 2 / scale)
         t = (NODES + 1) * end / 2

@@ -12,11 +12,11 @@ Method = Literal["particles", "slot"]
 
 particles: particles in three dimensions; slot: the fast model, which averages the flow over cross-sections."""
 PARTICLES, FAST = get_args(Method)
-BRIDGES = "fluid.bridges"  # Key of the doubt about a paste whose yield stress may hold it up between the walls
+BRIDGES = "fluid.bridges"  # Key of the warning about a paste whose yield stress may hold it up between the walls
 Known = Annotated[
     float | None, BeforeValidator(lambda value: None if isinstance(value, float) and not np.isfinite(value) else value)
 ]
-"""A number, or None if there is none, as for the error of a stretch without readings."""
+"""A number, or None if it does not exist, such as the error of a stretch without readings."""
 
 
 class RunHealth(BaseModel):
@@ -81,7 +81,7 @@ class FastFill(BaseModel):
 
 
 class FilledBy:
-    """Base class of the records of a run, which says whether particles or the fast model computed the run."""
+    """Base class of the records of a run. It states whether particles or the fast model computed the run."""
 
     fast_fill: FastFill | None  # Result of the fast model. None for a run with particles
 

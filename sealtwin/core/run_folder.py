@@ -55,7 +55,7 @@ class RunFolder:
     manifest: dict[str, Any]
 
     def entry_of(self, stage: str) -> dict[str, Any]:
-        """Return the entry of ``stage`` in the manifest. It is empty if the stage is not finished."""
+        """Return the entry of ``stage`` in the manifest. The entry is empty if the stage is not finished."""
         return self.manifest["stages"].get(stage, {})
 
     def is_current(self, stage: str, key: str) -> bool:
@@ -109,7 +109,7 @@ class RunFolder:
     ) -> None:
         """Record a finished ``stage``: its key, settings, hashes of inputs and outputs, and other facts.
 
-        ``numbers`` has the stage numbers that are part of the key. ``from_user`` names the inputs from the user; an
+        ``numbers`` are the stage numbers that are part of the key. ``from_user`` names the inputs from the user; an
         earlier stage wrote the other inputs.
         """
         self.manifest["stages"][stage] = {
@@ -216,7 +216,7 @@ def refuse_links(path: Path) -> None:
 
 
 def refuse_foreign(path: Path, maker: str, names: Sequence[str]) -> None:
-    """Raise InputError if ``names``, the files in the folder that ``maker`` did not write, is not empty."""
+    """Raise InputError if ``names`` is not empty. These are the files in the folder that ``maker`` did not write."""
     if names:
         raise InputError(f"{path}: has files that no {maker} wrote ({', '.join(names[:3])}). Give another --out.")
 
@@ -262,7 +262,7 @@ def _read_manifest(path: Path) -> dict[str, Any]:
         if manifest["version"] == 1 and all(_is_entry(path, entry) for entry in manifest["stages"].values()):
             return manifest
     except (InputError, KeyError, TypeError, AttributeError, ValueError):
-        pass  # The message below is for a damaged manifest and for one of another form.
+        pass  # The message below is for a damaged manifest and for a manifest of another form.
     raise InputError(
         f"{path / MANIFEST}: is damaged, or another version of sealtwin wrote it. Delete {path}, and make it again "
         f"with 'sealtwin run TRIAL --out {path}'."

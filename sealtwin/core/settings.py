@@ -135,7 +135,7 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML: {fault}.") from None
 
 
-class SettingsFaults(InputError):  # noqa: N818  It contains all faults of the settings, not one error.
+class SettingsFaults(InputError):  # noqa: N818  The class contains all faults of the settings, not one error.
     """Settings that are not allowed, with all their faults."""
 
     def __init__(
@@ -293,7 +293,7 @@ def _settings_in(annotation: Any) -> type[Settings] | None:
 
 
 class Likely(NamedTuple):
-    """Usual range of a setting. A value outside it is allowed but doubted, since it may be in another unit."""
+    """Usual range of a setting. A value outside the range is allowed, but leads to a warning: its unit may be wrong."""
 
     low: float
     high: float
@@ -302,9 +302,9 @@ class Likely(NamedTuple):
     of_width: bool = False  # True if the range is a multiple of the crack's mean width
 
     def doubts(self, name: str, value: Any, width_mm: float | None) -> list[Fact]:
-        """Return a doubt if the value is outside the range. Of a table along the crack, the largest value is checked.
+        """Return a warning if the value is outside the range. In a table along the crack, the largest value is checked.
 
-        The list is empty if there is no doubt.
+        The list is empty if the value is within the range.
         """
         times = width_mm if self.of_width else 1.0
         if value is None or times is None:
@@ -320,7 +320,7 @@ class Likely(NamedTuple):
 
 
 def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[Fact, ...]:
-    """Return a doubt for each setting outside its usual range.
+    """Return a warning for each setting outside its usual range.
 
     Without ``width_mm``, the crack's mean width, settings whose range depends on it are not checked.
     """

@@ -110,7 +110,7 @@ def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
 
 
 def meaning(kind: Table) -> str:
-    """Return the docstring of a table, without its fields. If it has none, return the docstring of its base class."""
+    """Return the docstring of a table, without its fields. If it has none, return its base class's docstring."""
     return inspect.cleandoc(next(filter(None, (vars(base).get("__doc__") for base in kind.__mro__)), ""))
 
 
@@ -136,9 +136,9 @@ KEYWORDS: dict[str, frozenset[str]] = {}
 def keywords_of(*kinds: Table, only: Sequence[str] = (), without: Sequence[str] = ()) -> Callable[[Function], Function]:
     """Document the settings that a function accepts as ``**keywords``. help() then shows their docstrings and defaults.
 
-    The function accepts the settings of the tables ``kinds``: those named in ``only``, or all except those named in
-    ``without``. A named argument of the function may also be a setting. If the function's docstring already describes
-    an argument, that text is kept.
+    The function accepts the settings of the tables ``kinds``. If ``only`` is given, it accepts only the settings named
+    there, and otherwise all settings that ``without`` does not name. A named argument of the function may also be a
+    setting. If the function's docstring already describes an argument, that text is kept.
     """
 
     def documented(function: Function) -> Function:

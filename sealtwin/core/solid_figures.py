@@ -35,7 +35,7 @@ class EndOfCrack:
 
 @dataclass(frozen=True)
 class DamBox:
-    """Dam that closes an open end of the crack. It is not part of the sample."""
+    """Dam that closes an open end of the crack. A dam is not part of the sample."""
 
     box_mm: tuple[float, float, float, float, float, float]  # x_min, y_min, z_min, x_max, y_max, z_max
     end: int | None = None  # Number of the crack's end. None for a solid read from a mesh
@@ -75,7 +75,7 @@ class PathFigures:
 
 @dataclass(frozen=True)
 class WeighedCavity:
-    """Cavity measured by filling the crack with a liquid in weighed steps. Tuples have a value for each step."""
+    """Cavity measured by filling the crack with a liquid in weighed steps. Tuples contain a value for each step."""
 
     levels_mm: tuple[float, ...]  # Mean level relative to the face, corrected for the meniscus
     volumes_mm3: tuple[float, ...]  # Weighed volume of the liquid
@@ -103,7 +103,7 @@ class WeighedCavity:
 @with_config(ConfigDict(strict=True, allow_inf_nan=False))
 @dataclass(frozen=True, kw_only=True)
 class SolidFigures:
-    """Figures of a solid. A figure that does not apply is None or empty. solid.json has the figures that apply."""
+    """Figures of a solid. A figure that does not apply is None or empty. solid.json contains the figures that apply."""
 
     photo_width_mm: float | None = None  # Mean width of the crack in the photo
     photo_width_95_mm: Span | None = None  # 95 % interval of the mean width in the photo

@@ -138,7 +138,7 @@ def read_collection(path: Path) -> list[tuple[float, Path]]:
 
 
 def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:
-    """Return an array from the appended data, with one row for each particle."""
+    """Return an array from the appended data, with one row for each particle, (n,) or (n, 3)."""
     begin, dtype = int(array.attrib["offset"]), TYPES[array.attrib["type"]]
     (size,) = LENGTH.unpack_from(data, begin)
     values = np.frombuffer(data, dtype, size // dtype.itemsize, begin + LENGTH.size)

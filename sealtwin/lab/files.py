@@ -36,7 +36,7 @@ SETTING = {
     "sign": "readings.quantity",
     "crack": "photo.crack",
 }
-"""Setting of a trial that each column of the pairing file gives."""
+"""Setting of a trial that each column of the pairing file sets."""
 SETTINGS = "settings"  # Column of the pairing file for all other settings of the trial
 ANSWERS = (*SETTING, SETTINGS)
 """Columns of the pairing file for the user's answers: about a sheet, the number of the crack, and other settings.
@@ -50,7 +50,7 @@ TRIAL = "trial.toml"  # Name of a trial file
 TEXT_SUFFIXES = {".txt", ".md"}
 TABLE_SUFFIXES = {
     ".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab",
-    ".xls", ".xlsb", ".numbers", ".sxc", ".gsheet",  # These cannot be read, but contain a lab's numbers
+    ".xls", ".xlsb", ".numbers", ".sxc", ".gsheet",  # Cannot be read, but may contain a lab's numbers
 }  # fmt: skip
 POSSIBLE: Mapping[str, tuple[Role, ...]] = {
     **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
@@ -157,9 +157,9 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueF
     """Find the photos, sheets and notes in ``folder`` and its subfolders.
 
     Returns the entry of each file by path relative to ``folder``, then the files that are not used, then the lost files
-    and folders. Lost ones may have data of the lab, but cannot be read. Hidden files are skipped, such as ._photo.jpg
-    (macOS) and ~$sheet.xlsx (Excel). Raises InputError if ``folder`` is not a folder, or contains more than
-    ``MAX_ENTRIES`` files and folders.
+    and folders. Lost files and folders may contain data of the lab, but cannot be read. Hidden files are skipped, such
+    as ._photo.jpg (macOS) and ~$sheet.xlsx (Excel). Raises InputError if ``folder`` is not a folder, or contains more
+    than ``MAX_ENTRIES`` files and folders.
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder. Give the folder of photos, sheets and notes.")
@@ -200,7 +200,7 @@ def rows_of(placed: Placed) -> list[tuple[PurePath, FilePlace]]:
 def pairing_text(placed: Placed, questions: Mapping[tuple[PurePath, str], Sequence[str]], asked: set[str]) -> str:
     """Return the text of the pairing file, with a row for each file and sample, sorted by sample.
 
-    ``questions`` has the questions by file and sample key. ``asked`` names the columns for the answers.
+    ``questions`` contains the questions by file and sample key. ``asked`` names the columns for the answers.
     """
     rows = [
         {

@@ -35,9 +35,9 @@ class Ingested:
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
-    samples: list[LabSample]  # Samples, and behind them files that belong to no photo
+    samples: list[LabSample]  # Samples, followed by files that belong to no photo
     unused: list[CatalogueFault]  # Files that are not used
-    lost: list[CatalogueFault]  # Files that cannot be read, but may have data of the lab
+    lost: list[CatalogueFault]  # Files that cannot be read, but may contain data of the lab
     placed: Placed
     decisions: Placed
     traced: Batch | None = None  # Results of tracing. None if no photo was traced

@@ -171,7 +171,7 @@ LISTS = ("levels", "places", "skip", "as_written")
 def note_of_answers(answers: Mapping[str, str], file: PurePath) -> Note:
     """Return the settings in the answers of a file's row.
 
-    The column settings has TOML, with semicolons between the lines.
+    The column settings contains TOML, with semicolons between the lines.
     """
     note, where = Note(), Location(file, f"row in {PAIRING}")
     for name, text in ((name, answers[name]) for name in SETTING if name in answers):

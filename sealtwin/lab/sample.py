@@ -170,7 +170,7 @@ class LabSample:
 
 
 def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
-    """Return the samples sorted by name, and behind them the files that belong to no photo. Ignored files are left out.
+    """Return the samples sorted by name, followed by the files that belong to no photo. Ignored files are left out.
 
     ``lost`` names files that cannot be read. If there are lost files, or sheets that belong to no photo, each photo
     without a sheet gets a question, since one of these files may be its sheet.
@@ -206,7 +206,7 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
 def gather(sample: LabSample, defaults: Note) -> None:
     """Read a sample's notes and hash its files, without reading photos and sheets.
 
-    ``defaults`` has the settings of all samples.
+    ``defaults`` are the settings of all samples.
     """
     note = Note()
     for role, every in sample.files.items():
@@ -290,7 +290,7 @@ def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
     try:
         declared = checked(Declared, sample.folder, {key: settings.get(key) for key in Declared.model_fields})
     except InputError:
-        return  # The settings have a question already. Reading with a wrong setting would add wrong questions.
+        return  # There is a question about the settings. Reading with a wrong one would add wrong questions.
     for file in (PurePath(raw.original) for raw in sample.raw if raw.role == "readings"):
         try:
             single_mm = depth_mm if isinstance(depth_mm, int | float) else None

@@ -58,7 +58,7 @@ def four_digits(value: float) -> float:
 
 
 def measured_material(path: Path, paste: PasteSettings, stress_pa: PasteValue, **measured: Any) -> Material:
-    """Return a measured paste. ``measured`` has further fields of the material file.
+    """Return a measured paste. ``measured`` contains further fields of the material file.
 
     Numbers and intervals are rounded to four digits. Raises InputError, whose message begins with ``path``, for a
     number out of range.

@@ -22,7 +22,7 @@ SMALLEST_PA, STIFFEST_PA = 1e-3, 1e4  # Bounds of a stress. The largest is also 
 MAX_ERROR = 0.5  # Largest relative standard uncertainty of a viscosity. Above it, the 95 % interval includes 0
 MIN_RISE = 0.01  # Smallest relative increase of the stress over the rates. Less may be a drift of the instrument
 MAX_MISS = 0.1  # Largest RMS relative misfit of a law. Rheometers repeat to a few percent
-MISFITS = 3.0  # Largest deviation of a slow row in RMS misfits, beyond the interval of the yield stress
+MISFITS = 3.0  # Largest deviation of a slow row beyond the yield stress' interval, in RMS misfits
 Rate = Annotated[float, Field(gt=0, le=1e9)]
 INDEX = (0.2, 2.0)  # Range of fluid.flow_index
 BY_HAND = "by hand in [fluid], and note how you found them"

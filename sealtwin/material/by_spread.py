@@ -86,7 +86,7 @@ def estimate(heap: Heap, spread: SpreadBlob) -> PasteEstimate:
     sizes = random.standard_normal((3, DRAWS))
 
     def computed(*sources: str) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return four values for random errors of ``sources``.
+        """Return four values for random errors of ``sources``, (draws,) each.
 
         They are the yield stress, the stress including surface tension, the stress by the flat formula, and the volume.
         """

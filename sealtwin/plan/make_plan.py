@@ -1,4 +1,4 @@
-"""Plan a trial: search a plan with the fast model, check it with particles, and search again with a correction."""
+"""Plan a trial: search for a plan with the fast model, check it with particles, correct the model and search again."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -75,7 +75,7 @@ def plan_on(
     limits_by: tuple[RobotCell | None, PumpTable | None] = (None, None),
     where: Path = Path("trial.toml"),
 ) -> Planned:
-    """Make a plan for a digitised crack. ``limits_by`` has the robot's cell and the table of its pump.
+    """Make a plan for a digitised crack. ``limits_by`` contains the robot's cell and the table of its pump.
 
     Raises InputError if no plan is possible, and NumericalError if a particle run fails.
     """

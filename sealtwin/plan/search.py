@@ -1,4 +1,4 @@
-"""Search the numbers of a plan with the fast model, within bounds.
+"""Search for the numbers of a plan with the fast model, within bounds.
 
 The numbers of a plan are the flow and the speed at knots along the path, and the dwell time at each end. Particle runs
 correct the fast model (space mapping, Bandler et al. 1994).
@@ -49,7 +49,7 @@ LONGEST_DWELL_S = 5.0  # Longest dwell time in s at each end. A longer time woul
 SHORTEST_S = 1e-6  # Smallest difference between two bounds, for example for a pump with only one flow
 SLOWER, FASTER = 4.0, 2.0  # Largest factors by which a plan may be slower or faster than the trial
 SMALLEST_SHARE = 0.02  # Smallest flow without a pump's table, as a fraction of the trial's flow
-LARGEST_MM3_S = 1e4  # Largest flow without a cell and without --flow-max-mm3-s. It is more than a lab's pump gives
+LARGEST_MM3_S = 1e4  # Largest flow without a cell and without --flow-max-mm3-s. This is more than a lab's pump gives
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Knots:
     def trajectory(self, plan: Floats) -> Trajectory:
         """Return the path with the flow and speed of a plan.
 
-        ``plan`` has the logarithms of flow in mm3/s and of speed in mm/s at the knots, and the dwell times in s.
+        ``plan`` contains the logarithms of flow in mm3/s and of speed in mm/s at the knots, and the dwell times in s.
         """
         part = self.path.giving
         steps = slice(part.start, part.stop - 1)
@@ -103,7 +103,7 @@ class Knots:
     def first_guess(self, area_mm2: Floats, s_mm: Floats, limits: Limits) -> Floats:
         """Return the plan that fills the areas ``area_mm2`` at the stations ``s_mm`` at the path's speed.
 
-        Flow and speed are clipped to ``limits``.
+        Flow and speed are clipped to ``limits``. The plan has the shape (2 count + 2,).
         """
         part = self.path.giving
         way_mm = arc_length(self.path.position_mm[part])

@@ -40,7 +40,7 @@ def size_of(pour: Pour) -> RunSize:
 
 
 def checked_size(pour: Pour) -> tuple[RunSize, list[Fact]]:
-    """Return the size of a run, and doubts about its settings and about properties of the sealant that it cannot show.
+    """Return the size of a run, and warnings about its settings and about sealant properties that it cannot represent.
 
     Raises InputError if the settings cannot be used for the crack, if the path dispenses no sealant or more particles
     than are allowed, or if the sealant is too viscous for particles of this size.

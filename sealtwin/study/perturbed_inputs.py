@@ -129,7 +129,7 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
         root, wall_steps = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
         signs = np.divide(wall_steps, root.diagonal(), out=np.zeros(len(wall_steps)), where=root.diagonal() > 0)
         step |= dict(zip(OF_THE_WALLS, (root @ signs).tolist(), strict=True))
-        # Walls beyond the vertical would be a different tilt.
+        # Walls that lean past the vertical would have a different tilt.
         step[ANGLE] = max(step[ANGLE], -weighed.wall_angle_deg)
     first_mm, last_mm = trial.path.trims_mm
     start_mm = steps.get("start_mm", 0.0)
@@ -190,7 +190,7 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
 
     fluid = base.trial.given_fluid
     thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
-    # The material file is removed, since it has the measured numbers and not the changed ones.
+    # The material file is removed, since it contains the measured numbers and not the changed ones.
     changes: dict[str, Any] = {"fluid.material": None}
     if "wall_share" in steps:
         changes["fluid.wall_share"] = min(1.0, max(MIN_WALL_SHARE, base.wall_share + steps["wall_share"]))
@@ -211,7 +211,7 @@ def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
 def takes_draws(base: Base) -> bool:
     """Return True if the fast model computes the effect of changed inputs.
 
-    It does if the trial declares so, or if the fast model also computes the level. By default, it does if the fast
+    This is so if the trial declares it, or if the fast model also computes the level. By default, it is so if the fast
     model is valid for the case. Raises InputError if the trial declares particles for the differences, but the fast
     model for the level.
     """
@@ -284,7 +284,7 @@ def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Fl
 
 
 def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
-    """Return the level at ``s_mm`` by the fast model, with inputs changed by ``steps``.
+    """Return the level that the fast model computes at ``s_mm``, (k,), with inputs changed by ``steps``.
 
     Raises InputError if an input is out of range.
     """
@@ -297,7 +297,7 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
 
 
 def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
-    """Return the change of each input. ``z`` has the changes in standard uncertainties.
+    """Return the change of each input. ``z`` gives the changes in standard uncertainties.
 
     The change of a viscosity applies to its logarithm. A yield stress and a wall angle do not become less than 0.
     """

@@ -143,7 +143,7 @@ def digitise_many(
 
     Finished photos are not digitised again. For a photo without a trial file, the user may choose a crack by writing
     its number into the table of an earlier call. ``locked`` is True if the caller has already locked ``out``. The page
-    shows the doubtful ``sheets``, which are given by file name. Raises InputError if ``out`` has files of other
+    shows the doubtful ``sheets``, which are given by file name. Raises InputError if ``out`` contains files of other
     programs.
     """
     _refuse_foreign(out)

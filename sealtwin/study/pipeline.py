@@ -61,9 +61,10 @@ def run_trial(
     threads: int | None = None,
     jobs: int = 0,
 ) -> FinishedStages:
-    """Bring ``stages`` of a trial up to date in ``out`` (default: reports/NAME). ``source`` has the trial's files.
+    """Bring ``stages`` of a trial up to date in ``out`` (default: reports/NAME).
 
-    ``jobs`` is the number of worker processes for the runs with other seeds. 0 computes them in this process.
+    ``source`` is the folder of the trial's files. ``jobs`` is the number of worker processes for the runs with
+    other seeds. 0 computes them in this process.
     """
     require_sample(trial, source)
     with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:
@@ -122,7 +123,7 @@ def _bring_seeds_up_to_date(job: Job) -> bool:
 
 
 def check_run(job: Job) -> Profile | None:
-    """Check a trial as a run does before its first frame, and return the readings with their doubts.
+    """Check a trial as a run does before its first frame, and return the readings with the doubts about them.
 
     Digitises first if needed. If there is a simulated level, the readings are checked with it. Raises the same
     InputError as a run.

@@ -90,7 +90,7 @@ class WantedRun:
 def schedule(
     wanted: Sequence[WantedRun], device: str, numbers: Mapping[str, int]
 ) -> tuple[list[StudyRun], RunSize, list[Fact]]:
-    """Return the runs with their keys, the size of the largest run, and doubts about the runs.
+    """Return the runs with their keys, the size of the largest run, and warnings about the runs.
 
     Raises InputError if settings cannot be used for a crack. The message lists each fault with the numbers of its runs.
     """

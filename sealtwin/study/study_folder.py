@@ -98,7 +98,7 @@ class ScheduledRun:
     settings: dict[str, Any]  # Varied settings by dotted name, for example {"fluid.U": 30.0, "fluid.D_cm": 0.3}
     trial: Annotated[dict[str, Any], AfterValidator(_with_tables)] = field(repr=False)  # All settings of the trial
     sample: Annotated[str, Field(pattern=r"^[\w-]+$")]  # Name of the folder in samples/ with the digitised crack
-    kin: str  # Hash that is equal for runs that may share a launch: only their fluid differs, with equal substeps
+    kin: str  # Hash that is equal for runs that one launch can compute: equal substeps, and only the fluid differs
     work_s: Amount  # Expected computing time on the machine for which the model was calibrated
 
 

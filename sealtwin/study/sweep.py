@@ -38,7 +38,7 @@ DRAFTS = (
 )
 TABLE = "runs.csv"
 FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "spilled_particles", "particles")
-"""Figures of a run that are columns of runs.csv. The run's summary.json has all figures."""
+"""Figures of a run that are columns of runs.csv. The run's summary.json contains all figures."""
 
 
 def sweep(
@@ -109,7 +109,7 @@ def brought_up_to_date(
 
 
 def adopt(folder: Path, study: str) -> None:
-    """Assign the folder to a study. Raises InputError if the folder has another study."""
+    """Assign the folder to a study. Raises InputError if the folder contains another study."""
     if not holds_study(folder):
         write_plan(folder, Plan(study, []))
     present = read_plan(folder).study
@@ -189,7 +189,7 @@ def report(folder: Path, plan: Plan) -> dict[str, Any]:
 
 
 def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
-    """Return the ranked run with the smallest mean error, and its baselines. None without readings or ranked runs."""
+    """Return the ranked run with the smallest mean error, and its baselines. None if there is no such run."""
     compared = [
         (run.figures.mean_error_mm, run, run.figures)
         for run in runs
@@ -240,7 +240,7 @@ def _not_ranked(runs: Sequence[StudyRun]) -> list[dict[str, Any]]:
 
 
 def screening(runs: Sequence[StudyRun]) -> str:
-    """Return a sentence about runs of the fast model or drafts. Empty if all runs are accurate runs with particles."""
+    """Return a sentence about runs of the fast model or drafts. Returns "" if there are none."""
     if not (fast := [run for run in runs if run.fast]):
         drafts = sum(run.trial.get("solver", {}).get("preset") == "draft" for run in runs)
         return f"{drafts} of {len(runs)} runs are drafts: {DRAFTS}" if drafts else ""

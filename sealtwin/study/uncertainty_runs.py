@@ -120,7 +120,7 @@ def compute_other_seeds(job: Job) -> bool:
 
 
 def _other_warnings(job: Job, base: Base, runs: list[StudyRun]) -> list[Fact]:
-    """Return the warnings about the fluid of the other runs, without those that the first run has too."""
+    """Return the warnings about the fluid of the other runs, without warnings that the first run also has."""
     keys = [fact.key for fact in fluid_warnings(base.run, record_files.read_simulation(job.path).volume_ratio)]
     others = {run.number + 1: without(run.figures.fluid_warnings, *keys) if run.figures else () for run in runs}
     return facts_of_runs(others, len(runs) + 1)
@@ -177,10 +177,10 @@ def vary(job: Job) -> bool:
 
 
 def _variants(base: Base, *, designed: bool) -> list[Variant]:
-    """Return the runs of each particle size, without those that the trial's seeds already give, and the design's runs.
+    """Return the runs of each particle size, without runs that the trial's seeds already give, and the design's runs.
 
     The runs with the finest particles take longest and come first, so that no process waits long for the last run. If
-    ``designed`` is True, the runs of a factorial design follow. It changes each declared input by its standard
+    ``designed`` is True, the runs of a factorial design follow. The design changes each declared input by its standard
     uncertainty, with the coarsest particles, which take least time.
     """
     inputs, variants = base.inputs, list[Variant]()
@@ -194,7 +194,7 @@ def _variants(base: Base, *, designed: bool) -> list[Variant]:
         for signs in two_level_design(len(inputs)):
             steps = {name: float(sign * standard) for sign, (name, standard) in zip(signs, inputs.items(), strict=True)}
             if "wall_share" in steps:
-                # If the share would exceed 1, both its values are lowered. Their difference remains the same.
+                # If wall_share would exceed 1, both its values are lowered. Their difference remains the same.
                 steps["wall_share"] -= max(0.0, base.wall_share + inputs["wall_share"] - 1)
             if "pump_delay_s" in steps:
                 # Both delays are increased, since a pump cannot begin early. Their difference remains the same.
@@ -280,7 +280,7 @@ def compute_variants(
 ) -> list[StudyRun]:
     """Compute the variants that are not yet finished in ``folder``, and return the runs of all variants.
 
-    ``inputs`` has the hashes of the files of the trial's first run. ``why`` completes the text "Extra runs for ".
+    ``inputs`` contains the hashes of the files of the trial's first run. ``why`` completes the text "Extra runs for ".
     Raises InputError if the particles are too large or too small for a crack, and NumericalError if a run failed.
     """
     if holds_study(folder):

@@ -49,7 +49,7 @@ def bring_up_to_date(job: Job) -> bool:
     settings = stage_settings(job.trial, "digitise")
     numbers = job.numbers("digitise")
     key = stage_key(inputs, settings, numbers)
-    # A file that is missing or too large has no hash. It is refused when it is read.
+    # A file that is missing or too large has no hash. Such a file is refused when it is read.
     if len(inputs) == len(sample_files(job.trial)) and job.folder.is_current("digitise", key):
         return False
     crack = stage_key(inputs, {**settings, "path": None}, numbers)

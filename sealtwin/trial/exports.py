@@ -135,7 +135,7 @@ def write_programs(
     """Write the programs of a path and robot.json. Returns the content of robot.json and new names of edited files.
 
     ``origin`` is the result of ``origin_of``. ``run`` is the run folder, if ``target`` is in a run folder. Without
-    ``run``, raises InputError if ``target`` has files that sealtwin did not write.
+    ``run``, raises InputError if ``target`` contains files that sealtwin did not write.
     """
     kinds = kinds_of(cell, options)
     path = place_path(trajectory, cell.settings, cell.name, cell.pump)

@@ -29,7 +29,7 @@ STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """Files of the stage digitise that later stages read."""
 OVERLAY, STRAIGHT = "overlay.png", "straight.png"  # Pictures of the stage digitise that the report shows
-OF_A_PATH = ("outline.json", "trajectory.csv")  # Files in DIGITISED that a path without a solid has
+OF_A_PATH = ("outline.json", "trajectory.csv")  # Files in DIGITISED that also exist for a path without a solid
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the stage simulate that validate reads
 FILES_OF_A_SAMPLE = ("file", "mask", "path")  # Settings of [photo] and [mesh] that name a file
 SEEDS = "simulate-seeds"
@@ -54,12 +54,10 @@ class Job:
     trial: Trial
     source: Path  # Folder to which paths in the trial are relative
     folder: RunFolder
-    sheet: Path | None  # Path of the sheet of readings that the user gave. The run folder has a copy
+    sheet: Path | None  # Path of the sheet of readings that the user gave. The run folder contains a copy
     device: str  # Device that the user gave. The fluid run resolves "auto"
     progress: Progress
-    threads: int | None = (
-        None  # Number of CPU threads of the fluid run, if the user gave it. The result does not change
-    )
+    threads: int | None = None  # Number of CPU threads that the user gave. It does not change the result
     jobs: int = 0  # Number of worker processes for the runs with other seeds. 0 computes them in this process
     traced: dict[str, Any] = field(default_factory=dict)
     """Latest crack that this command digitised, by a key that does not depend on the nozzle's path.
@@ -98,8 +96,8 @@ def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
     """Set up a trial in ``folder``. No file is written before a stage has results.
 
-    Raises InputError if the folder has another trial, if the sheet of readings is missing, or if a file of the fluid
-    cannot be used.
+    Raises InputError if the folder contains another trial, if the sheet of readings is missing, or if a file of the
+    fluid cannot be used.
     """
     trial = trial.loaded(source)
     earlier = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
@@ -194,7 +192,7 @@ def adopt_trial(job: Job) -> None:
     """Write the resolved trial and a copy of the readings to the run folder.
 
     The photo and the mesh are not copied, since a photo may contain its location and author, and a scan is large. The
-    manifest has their hashes.
+    manifest contains their hashes.
     """
     if job.source.resolve() == job.path.resolve() and load_trial(job.path / "trial.toml") == job.trial:
         return

@@ -17,7 +17,7 @@ from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, S
 
 CHECKPOINT = "checkpoint.npz"  # File with the checkpoint of an unfinished run
 FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
-"""Collection files that list the frames and the snapshots. Each is in the folder of these files."""
+"""Collection files that list the frames and the snapshots. Each is in the same folder as the files that it lists."""
 HEALTH = "health.csv"
 
 
@@ -49,7 +49,7 @@ def bring_up_to_date(job: Job) -> bool:
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
     frame_files, health_log = FrameFiles(job.path / FRAMES, frames_s), HealthLog(job.path / HEALTH)
-    # It is in the list twice, because it must be first both before the run and after each frame.
+    # The checkpoint is in the list twice, because it must be first both before the run and after each frame.
     still_there = StillThere(job.path)
     watchers = still_there, checkpoint, frame_files, snapshots, health_log, still_there
     run, profile = fill(trial.pour(sample), ComputeOptions(device, job.threads, job.progress, watchers))

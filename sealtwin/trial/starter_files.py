@@ -113,7 +113,7 @@ def _write_new(contents: Mapping[Path, str | bytes], other: str) -> list[Path]:
 def place_paper_trial(folder: Path) -> None:
     """Copy the reconstruction of the paper's trial to a new or existing folder.
 
-    Raises InputError if the folder has files with the same names and different content, which are not overwritten.
+    Raises InputError if the folder contains files with the same names and different content, which are not overwritten.
     """
     require_folder(folder)
     write_unless_other({folder / name: (shipped_trial() / name).read_bytes() for name in DEMO})
@@ -197,7 +197,7 @@ def write_drawn_trial(
 ) -> tuple[Path, list[Fact]]:
     """Write a trial with the mesh of a drawn crack. Returns the file and notes.
 
-    ``settings`` has settings of the trial by dotted name. Raises InputError if the drawing cannot be used, or if a file
+    ``settings`` are settings of the trial by dotted name. Raises InputError if the drawing cannot be used, or if a file
     with the same name and different content exists.
     """
     from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_stl

@@ -23,7 +23,7 @@ MAX_SEEDS = 20  # Largest number of runs of one trial that differ only in the se
 
 PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"  # Pattern of one line that is not blank
 LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
-"""Pattern of control characters. The name of a file may have them, but the name of a trial may not."""
+"""Pattern of control characters. The name of a file may contain them, but the name of a trial may not."""
 
 
 SettingValues = Mapping[str, Any]
@@ -167,7 +167,7 @@ class Trial(Settings):
                     raise InputError(
                         f"path.weighed.density_kg_m3 is {weighed.density_kg_m3:g} and fluid.density_kg_m3 is "
                         f"{fluid.density_kg_m3:g}, but a sealant has only one density. Give the measured density in "
-                        "both places."
+                        "both keys."
                     )
         loaded = {"crack": crack, "path": self.path.loaded(folder), "fluid": fluid, "uncertainty": uncertainty}
         return self.model_copy(update=loaded)
@@ -188,7 +188,7 @@ class Trial(Settings):
         """Return the declared uncertainties, and the uncertainties from the photo, the fill and the weighed volume."""
         inputs = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
         if self.fluid is not None and self.fluid.D_cm is not None:
-            # D sets the drag of the walls directly, so the share of the paste's stress does not apply.
+            # D sets the drag of the walls directly, so ``wall_share`` does not apply.
             inputs = inputs.without("wall_share")
         weighed = self.path.weighed
         return inputs if weighed is None else inputs.model_copy(update={"volume_ml": weighed.volume_sd_ml})

@@ -39,7 +39,7 @@ UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 SEED_RUNS = "seeds.json"
 OF_SEEDS = (LEVEL, SEED_RUNS)  # Files from the runs with other seeds that the report uses
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
-RECORD = "record.json"  # File in the folder of a trial that was made from a lab's folder
+RECORD = "record.json"  # Record of a trial that was made from a lab's folder, in the trial's folder
 ORIGIN = Path("inputs", "origin.json")
 """File in a run folder with the origin of the readings. It is copied from ``RECORD`` without the lab's other data."""
 
@@ -236,13 +236,13 @@ def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
 
 
 def note_doubts(job: Job, readings: Profile) -> None:
-    """Show a warning for each doubt about the readings."""
+    """Show each doubt about the readings as a warning."""
     for question in readings.questions:
         job.progress.warn(doubt("readings.doubt", f"{question}", question.kind), "warning")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:
-    """Return the sheet of readings with its origin, or None without readings.
+    """Return the sheet of readings with its origin, or None if there are no readings.
 
     Raises InputError if the record of the origin is damaged.
     """

@@ -22,8 +22,8 @@ def run(evidence):
 
 
 TWO = {"particles_across": 2.07}
-BED = "The bed is compressed (5 % of its particles by more than "
-LOST = "The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is sound)"
+BED = "The sealant is compressed (5 % of its particles by more than "
+LOST = "The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is valid)"
 GAINED = "The fluid gained 11 % of its volume, or bridges empty spaces (1.107"
 
 WARNED = {

@@ -1,8 +1,9 @@
 """Emulator of the level profile: a Gaussian process for each of the profile's principal components.
 
-See Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2. It has a length for each
-setting, and a nugget for the scatter of runs that differ only in seed. Lengths and nugget are fitted to the runs. The
-scatter is a log-linear function of the settings, because stiff paste scatters two to three times more than runny paste.
+See Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2. It has a correlation
+length for each setting, and a nugget for the scatter of runs that differ only in seed. Lengths and nugget are fitted to
+the runs. The scatter is a log-linear function of the settings, because stiff paste scatters two to three times more
+than runny paste.
 """
 
 from dataclasses import dataclass
@@ -13,28 +14,28 @@ from sealtwin.core.records import Floats
 
 COMPONENTS = 5
 LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
-"""Bounds of a process: lengths as fractions of a setting's range, and amplitude and nugget as fractions of the scores'
-variance."""
+"""Bounds for fitting a process: correlation lengths, as fractions of a setting's range, and amplitude and nugget, as
+fractions of the variance of the scores."""
 USUAL_LENGTH, FACTOR = 1.0, 3.0
-"""Prior of the lengths: its median, and its standard deviation as a factor. Without a prior, the likelihood of 16 runs
-has maxima at lengths of 0 and of infinity."""
+"""Log-normal prior of the correlation lengths: its median, and one standard deviation as a factor. Without a prior, the
+likelihood of 16 runs has maxima at lengths of 0 and of infinity."""
 STARTS = (0.4, 1.5)  # Initial lengths of the optimisation
 ROOT5 = np.sqrt(5.0)
 SLOPE, OF_A_RUN = 1.5, 0.5
-"""Prior standard deviations: of the change of ln variance over a setting's range, and of a single run's ln variance
-about this slope."""
-MIN_MM2 = 1e-6  # Variance that is added to each run's, since it is 0 for a closed form
+"""Prior standard deviations of two quantities: the change of ln(variance) over a setting's range, and the deviation of
+a single run's ln(variance) from this trend."""
+MIN_MM2 = 1e-6  # Added to the mean squared residual of each run. The residual is 0 if a formula gives the level.
 
 
 @dataclass(frozen=True)
 class Processes:
-    """Gaussian processes, one for each column of scores. Points are in the unit cube."""
+    """Gaussian processes, one for each column of scores. Points are settings, scaled to the unit cube."""
 
     points: Floats  # (n, d)
     scores: Floats  # (n, k)
     length: Floats  # (k, d)
     variance: Floats  # (k,)
-    nugget: Floats  # (k,) variance of a single run about the process, if its relative variance is 1
+    nugget: Floats  # (k,) variance of a single run about the process, where its relative variance is 1
     relative: Floats  # (n,) variance of each run's scatter, divided by the nugget
     inverse: Floats  # (k, n, n), inverse of the scores' covariance
     weights: Floats  # (k, n)
@@ -69,27 +70,27 @@ class Processes:
         return mean, np.maximum(self.variance - explained, 1e-12 * self.variance)
 
     def with_points(self, points: Floats, relative: Floats) -> "Processes":
-        """Return the processes with additional runs at ``points`` that give the expected scores.
+        """Return the processes with additional runs at ``points``, assumed to give the predicted scores.
 
-        Only their variance is valid.
+        Only the variance of the returned processes is valid.
         """
         both = np.vstack([self.points, points]), np.vstack([self.scores, self.at(points)[0]])
         return Processes.given(*both, self.length, self.variance, self.nugget, np.append(self.relative, relative))
 
 
 def matern(a: Floats, b: Floats, length: Floats, variance: Floats) -> Floats:
-    """Return the covariance with nu = 5/2, (k, m, n), between points (m, d) and (n, d)."""
+    """Return Matern's covariance with nu = 5/2, (k, m, n), between points ``a``, (m, d), and ``b``, (n, d)."""
     scaled = (a[:, None, :] - b) / length[:, None, None, :]
     far = ROOT5 * np.sqrt((scaled**2).sum(axis=-1))
     return variance[:, None, None] * (1 + far + far**2 / 3) * np.exp(-far)
 
 
 def minus_log_posterior(logs: Floats, points: Floats, score: Floats, relative: Floats) -> tuple[float, Floats]:
-    """Return -ln of likelihood times prior, and its gradient.
+    """Return -ln(likelihood times prior), and its gradient, (d + 2,).
 
     ``logs`` are the logarithms of lengths, variance and nugget.
 
-    The likelihood lacks its constant, n/2 ln 2 pi. ``score`` and ``relative`` are (n,).
+    The constant n/2 ln(2 pi) of the likelihood is left out. ``score`` and ``relative`` are (n,).
     """
     length, variance, nugget = np.exp(logs[:-2]), np.exp(logs[-2]), np.exp(logs[-1])
     squares = ((points[:, None, :] - points) / length) ** 2
@@ -132,15 +133,15 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
 class Scatter:
     """Covariance of the part of a level that the components do not fit, and its change with the settings."""
 
-    rest_mm2: Floats  # (n, n) covariance of the components' residual, at ``middle``
+    rest_mm2: Floats  # (n, n) covariance of this part, at ``middle``
     middle: Floats  # (d,) mean of the runs' points
-    slopes: Floats  # (d,) slopes of ln variance over the settings
+    slopes: Floats  # (d,) slopes of ln(variance) over the settings
 
     @classmethod
     def fitted(cls, points: Floats, levels_mm: Floats, components: int) -> "Scatter":
-        """Fit the scatter to each run's residual from ``components`` components of the other runs.
+        """Fit the scatter to the part of each run that ``components`` components of the other runs do not fit.
 
-        Components that include the run itself would fit too well.
+        Components computed from all runs would fit each run too well.
         """
         rows = []
         for number, level_mm in enumerate(levels_mm):

@@ -1,4 +1,4 @@
-"""Free settings: their prior, their posterior for the readings of one or several trials, and what this determines."""
+"""Free settings: their prior, their posterior from the readings of trials, and which settings are identified."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from sealtwin.core.records import Floats
 from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_components
 from validate.units import words
 
-LOG_RATIO = 5.0  # Ratio of a range's ends from which on the range is sampled on a log scale
+LOG_RATIO = 5.0  # A range is sampled on a logarithmic scale if the ratio of its ends is at least this
 INTERVAL = 0.9  # Probability of the stated interval of a free setting
 
 
@@ -32,7 +32,7 @@ class Free:
         return self.low > 0 and self.high >= LOG_RATIO * self.low
 
     def values(self, shares: Floats) -> Floats:
-        """Return the values of the setting at fractions of its range, from 0 to 1."""
+        """Return the values of the setting at fractions of its range, (n,), from 0 to 1."""
         if self.logarithmic:
             return self.low * (self.high / self.low) ** shares
         return self.low + (self.high - self.low) * shares
@@ -76,27 +76,27 @@ def confounded_pairs(frees: Sequence[Free], draws: Floats) -> list[tuple[Free, F
 
 
 INFLATED = 1.2
-"""Factor that enlarges all standard uncertainties. It is needed because lengths and nugget are treated as exact:
-without it, the 90 % intervals of a prototype contained 81 to 88 % of the true values. It was chosen on that prototype,
-not on the benchmark of this repository."""
-POSSIBLE = 0.995  # Probability that true settings satisfy a bound of the misfit
+"""Factor that enlarges all standard uncertainties. It is needed because the emulator's correlation lengths and nugget
+are treated as exact: without it, the 90 % intervals of a prototype contained 81 to 88 % of the true values. It was
+chosen on that prototype, not on the benchmark of this repository."""
+POSSIBLE = 0.995  # Probability that the true settings satisfy the bound on the misfit
 DISCREPANCIES_MM = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
 DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the model discrepancy
-ALIKE_MM = 15.0  # Correlation length of the discrepancy along the crack, like that of a level's waves
+ALIKE_MM = 15.0  # Correlation length of the discrepancy along the crack, about the length of a wave of the level
 MAX_COMPONENTS = 10
 WALKERS, STRETCH = 64, 2.0
 CANDIDATES = 4096  # Sobol points from which walkers start
 
-COMMON_MM = 0.3  # Error that is equal at all stations: datum, mean width, shrinkage, missing volume
-TILT_MM = 0.2  # Error at either end of the readings, from a tilted sheet or datum
-SMOOTH_MM, SMOOTH_LENGTH_MM = 0.3, 15.0  # Error and length of walls that vary, and of what the model leaves out
-ENDS_MM, ENDS_LENGTH_MM = 0.4, 5.0  # Error at each end of the path, and its decay: late pump, mound, creep
+COMMON_MM = 0.3  # Error that is equal at all stations, due to datum, mean width, shrinkage or missing volume
+TILT_MM = 0.2  # Error at either end of the readings if the sample or the datum is tilted
+SMOOTH_MM, SMOOTH_LENGTH_MM = 0.3, 15.0  # Size and correlation length of errors from uneven walls and omitted physics
+ENDS_MM, ENDS_LENGTH_MM = 0.4, 5.0  # Error at each end of the path, and its decay length: late pump, mound, creep
 
 SMOOTH_ERRORS_MM = {"common": COMMON_MM, "tilt": TILT_MM, "smooth": SMOOTH_MM, "ends": ENDS_MM}
-"""Stated standard deviations of smooth errors of readings and model together, for which there is no setting. One
-profile cannot tell such an error from a setting that makes the same shape. If the error were left out, a setting would
-absorb it, and the setting's narrow interval would miss the true value (Kennedy and O'Hagan 2001, J. R. Stat. Soc. B
-63:425; Brynjarsdottir and O'Hagan 2014, Inverse Probl. 30:114007)."""
+"""Assumed standard deviations of smooth errors of readings and model together, which no setting describes. One profile
+cannot distinguish such an error from a setting that changes the level in the same way. If the error were left out, a
+setting would absorb it, and the setting's narrow interval would miss the true value (Kennedy and O'Hagan 2001, J. R.
+Stat. Soc. B 63:425; Brynjarsdottir and O'Hagan 2014, Inverse Probl. 30:114007)."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class ReadLevels:
     s_mm: Floats  # (n,)
     level_mm: Floats  # (n,)
     covariance_mm2: Floats  # (n, n) covariance of the levels' errors
-    smooth_mm2: Floats | float = 0.0  # (n, n) covariance of smooth errors of stated size, of readings and model
+    smooth_mm2: Floats | float = 0.0  # (n, n) covariance of the smooth errors of readings and model
 
 
 def smooth_errors_mm2(s_mm: Floats, path_mm: tuple[float, float]) -> Floats:
@@ -124,20 +124,20 @@ def smooth_errors_mm2(s_mm: Floats, path_mm: tuple[float, float]) -> Floats:
 
 @dataclass(frozen=True)
 class BasisReach:
-    """Smallest residual of the readings from any weighted sum of the runs' components, for any settings."""
+    """Smallest residual that a weighted sum of the runs' components leaves in the readings, for any weights."""
 
     residual_mm: float  # Root mean square residual at the stations
-    noise_mm: float  # Root mean square of the standard uncertainty of a reading against a run
+    noise_mm: float  # Root mean square over the stations of the standard uncertainty of reading minus run
     possible: bool
     components: int
 
 
 def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
-    """Project the readings on as many components of runs, (r, n), as needed, up to ``MAX_COMPONENTS``.
+    """Fit the readings with as many components of the runs, (r, n), as needed, at most ``MAX_COMPONENTS``.
 
-    With too few components, a correct model would look wrong (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The
-    limit of the misfit is the chi-square quantile at ``POSSIBLE``. It uses the largest scatter of all runs, because the
-    true settings are unknown.
+    With too few components, a correct model would seem wrong (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The
+    limit of the misfit is the chi-square quantile at ``POSSIBLE``. The misfit is computed with the largest scatter of
+    all runs, because the true settings are unknown.
     """
     from scipy.stats import chi2
 
@@ -170,7 +170,8 @@ class _Misfit:
         apart = (evidence.s_mm[:, None] - evidence.s_mm) / ALIKE_MM
         own_mm2 = discrepancy_mm**2 * np.exp(-(apart**2) / 2) + (evidence.smooth_mm2 if smooth else 0.0)
         root = np.linalg.cholesky(INFLATED**2 * evidence.covariance_mm2 + own_mm2 + 1e-8 * np.eye(len(apart)))
-        # In these coordinates this covariance is the unit matrix, and the scatter of runs, of any size, is diagonal.
+        # In these coordinates the covariance of the errors is the unit matrix, and the scatter of runs, of any size, is
+        # diagonal.
         scattered = np.linalg.solve(root, np.linalg.solve(root, INFLATED**2 * emulator.run_noise_mm2).T)
         self.scatter, turned = np.linalg.eigh((scattered + scattered.T) / 2)
         self.shapes = turned.T @ np.linalg.solve(root, emulator.basis_mm.T)
@@ -195,17 +196,17 @@ class Posterior:
     """Posterior of the free settings, in the unit cube."""
 
     frees: Sequence[Free]
-    emulators: Sequence[Emulator]  # One for each trial
+    emulators: Sequence[Emulator]  # One emulator for each trial
     evidence: Sequence[ReadLevels]
     smooth: bool = True
-    """True to include the smooth errors of stated size. False for a search, which must come close to the readings: it
-    leaves these errors out and uses the scatter that runs have at each setting."""
+    """True to include the assumed smooth errors. False for a search, whose best run must be close to the readings. A
+    search ignores these errors, and takes into account that the scatter of runs depends on the settings."""
 
     @cached_property
     def discrepancies_mm(self) -> Floats:
-        """Sizes of a further model discrepancy, over which is averaged.
+        """Sizes of an additional model discrepancy, (k,). The posterior is averaged over them.
 
-        Only several trials can separate it from settings.
+        Only several trials together can distinguish the discrepancy from the effect of a setting.
         """
         return DISCREPANCIES_MM if len(self.evidence) > 1 else DISCREPANCIES_MM[:1]
 
@@ -229,7 +230,8 @@ class Posterior:
         inside = ((points >= 0) & (points <= 1)).all(axis=1)
         expected = self._expected(points)
         if self.smooth:
-            # Particles of stiff paste scatter more. A crack's bed does not: an even one is no evidence of runny paste.
+            # Simulated levels of stiff paste scatter more, but real ones do not, so an even level is no evidence of
+            # runny paste.
             expected = [(mean, variance, np.ones_like(relative)) for mean, variance, relative in expected]
         rows = []
         for size_mm, fits in zip(self.discrepancies_mm, self._misfits, strict=True):
@@ -259,7 +261,7 @@ class Posterior:
 
     @cached_property
     def least_implausibility(self) -> float:
-        """Smallest implausibility over the range. If it is above 1, no setting reproduces the readings."""
+        """Smallest implausibility within the ranges. If it is above 1, no setting reproduces the readings."""
         return float(self.implausibility(self._candidates).min())
 
     @cached_property

@@ -32,9 +32,9 @@ class Prediction:
     data: DataKind  # Origin of the readings
     s_mm: Floats
     read_mm: Floats
-    error_mm: Floats  # Half the 95 % interval of a reading
+    error_mm: Floats  # Half-width of the 95 % interval of a reading
     mean_mm: Floats
-    half_mm: Floats  # Half the 95 % band of a reading, including the scatter of runs and the errors of readings
+    half_mm: Floats  # Half-width of the 95 % band for a reading, with the scatter of runs and the errors of readings
 
     @property
     def rms_mm(self) -> float:
@@ -54,7 +54,7 @@ class Prediction:
     def judged(self) -> str:
         """Sentence on the distance of the readings from the predicted mean, and on the fraction inside the band."""
         return (
-            f"RMS error {self.rms_mm:.2f} mm (the readings' mean: {self.flat_rms_mm:.2f} mm); "
+            f"RMS error {self.rms_mm:.2f} mm (best flat level: {self.flat_rms_mm:.2f} mm); "
             f"{percent(self.held, 0)} of {len(self.s_mm)} stations are in the 95 % band."
         )
 
@@ -71,7 +71,7 @@ def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Float
 
 
 def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, Floats]:
-    """Return the mean and half-width of the 95 % band, (n,) each, from runs of posterior draws, (m, n).
+    """Return the mean and half-width of the 95 % band, (n,) each, from the levels of runs at posterior draws, (m, n).
 
     Each run has its own seed.
     """
@@ -93,7 +93,7 @@ class Calibrated:
     draws: Floats | None  # (500, d) in the unit cube. None if no setting reproduces the readings.
     best: Floats  # (d,)
     runs: int  # Number of runs of each trial
-    unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason of runs without a valid result
+    unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason, for each run without a valid result
     reaches: tuple[tuple[str, BasisReach], ...]
     least_implausibility: float
     mixing: float
@@ -146,7 +146,7 @@ class Calibrated:
 
     @property
     def advice(self) -> list[str]:
-        """Sentences that name settings which are not identified, and what to do about them."""
+        """Sentences that name the settings which are not identified, and state what to do about them."""
         sentences = [
             f"{_capital(marginal.free.label)} is not identified ({marginal.low:.3g} to {marginal.high:.3g}): measure "
             "it and remove it from --free, or calibrate on a second trial as well."
@@ -169,8 +169,8 @@ class Calibrated:
             )
         if self.mixing > MIXED:
             sentences.append(
-                f"The intervals are unreliable, because the draws have not converged (ratio of variances "
-                f"{self.mixing:.2f}, but at most {MIXED:g} is sound)."
+                f"The intervals are unreliable, because the draws have not converged (Gelman-Rubin ratio "
+                f"{self.mixing:.2f}, at most {MIXED:g} is allowed)."
             )
         if self.unused:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])

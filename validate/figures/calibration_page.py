@@ -171,8 +171,8 @@ def _gates(calibrated: Calibrated) -> Section:
         "reading and of the components that are left out.",
         f"The error of the best setting within the ranges is {calibrated.least_implausibility:.2f} times what the "
         "uncertainty of readings, runs and emulator allows; above 1, no setting is possible.",
-        "The intervals allow for smooth errors of readings and model together, which no setting stands for and which "
-        f"one profile cannot show: {sizes['common']:g} mm at all stations alike, {sizes['tilt']:g} mm of tilt at "
+        "The intervals allow for smooth errors of readings and model together, which no setting describes and which "
+        f"one profile cannot show: {sizes['common']:g} mm equal at all stations, {sizes['tilt']:g} mm of tilt at "
         f"either end, {sizes['smooth']:g} mm over {SMOOTH_LENGTH_MM:g} mm, and {sizes['ends']:g} mm at each end of the "
         "path, as standard uncertainties.",
     ]

@@ -18,24 +18,24 @@ from validate.uncertainty.budget import Budget, linear_weights, mean_absolute
 from validate.uncertainty.computed import require_different
 from validate.units import counted, name_and_unit
 
-DECADES = 100.0  # Smallest ratio of an axis' largest to its smallest value for a logarithmic axis: two decades
+DECADES = 100.0  # An axis is logarithmic if its largest value is at least this many times its smallest value
 LEVELS = 16  # Largest number of values of a setting for which each value is drawn as a line
-DRAWS = 2_000  # Number of random sets of readings. A fraction of 2.5 % is then known to 0.35 %.
+DRAWS = 2_000  # Number of random sets of readings. They determine a fraction of 2.5 % to within 0.35 %.
 CANNOT_TELL = 0.025
-"""Fraction of the random sets of readings in which a run must have a smaller error than the best run to fit equally
-well. It is one tail outside a 95 % interval."""
-FARTHEST_NEAR = 4 / 3  # Largest mean error of a run that fits equally well, divided by the best run's
+"""A run fits as well as the best run if its error is smaller in more than this fraction of the random sets of readings.
+The fraction is one tail outside a 95 % interval."""
+FARTHEST_NEAR = 4 / 3  # Largest mean error of a run that fits equally well, divided by the smallest mean error
 REPEATED = "seed"  # Setting in which repeated runs differ. It is never an axis.
 NAMED = 8  # Largest number of runs that a sentence names
 UNFIT = Fact("unfit", "the fast model is not valid for these settings.")
 VOLUME_OFF = Fact("volume", "the settled volume differs from the dispensed volume by more than 5 %.")
-CELLS = 240  # Number of the map's cells along each axis, more than a page can show
-STEPS = 12  # Number of equal steps into which the number of moving particles is divided
-FEWEST = 3  # Smallest number of frames in a step, and of steps for fitting a straight line
+CELLS = 240  # Number of cells of the map along each axis, which is finer than a page can show
+STEPS = 12  # Number of equal bins into which the range of the number of moving particles is divided
+FEWEST = 3  # Smallest number of frames in a bin, and smallest number of bins for fitting a straight line
 MIN_VALUES, MIN_RUNS, MIN_SHARE = 4, 16, 2 / 3
-"""Smallest number of values of each setting, smallest number of runs, and smallest fraction of the map between the runs
-that a surface needs. On a grid this is 4 by 4 runs; 30 random runs enclose about 0.7 of the map. A surface between
-fewer runs would be a guess."""
+"""A surface needs at least this many values of each setting, this many runs, and this fraction of the map's area
+between the runs. On a grid this is 4 by 4 runs; 30 random runs enclose about 0.7 of the map. With fewer runs, the
+surface would be a guess."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Axis:
         return len(self.values) <= min(LEVELS, runs // 2)
 
     def spaced(self, values: Floats) -> Floats:
-        """Return the positions of values on the axis. On a logarithmic axis these are the logarithms."""
+        """Return the positions of values on the axis, (n,). On a logarithmic axis these are the logarithms."""
         return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
 
     def said(self, values: Floats | float) -> str:
@@ -113,7 +113,7 @@ class Excluded:
     number: int
     settings: Mapping[str, Any]
     reason: Fact
-    volume_ratio: float | None = None  # Settled volume, divided by the dispensed volume. None without a result.
+    volume_ratio: float | None = None  # Settled volume, divided by the dispensed volume. None if there is no result.
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class RepeatedPairs:
 
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
-    """Compare a run with the readings. Raises InputError if they have no stretch of s in common."""
+    """Compare a run with the readings. Raises InputError if both have no stretch of the crack in common."""
     errors = error_figures(level_difference(run.profile, readings), readings)
     across, up = (float(run.settings[axis.setting]) for axis in axes)
     return HeldRun(**vars(run), **vars(errors), values=(across, up))
@@ -145,7 +145,8 @@ def first_of_each_pair(
     """Return the first run of each pair of settings, and the scatter of repeated runs.
 
     The scatter is None if no pair was repeated. It is also None for the ``fast`` model, whose runs do not depend on the
-    seed. ``where`` is the start of an error message. Raises InputError if particles gave the same level twice.
+    seed. ``where`` is the start of an error message. Raises InputError if two runs of particles with different seeds
+    have the same level.
     """
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
@@ -154,7 +155,7 @@ def first_of_each_pair(
     for alike in repeated:
         names = [f"{run.number} (seed {run.settings.get(REPEATED, 0)})" for run in alike]
         require_different([run.profile.level_mm for run in alike], names, where)
-    # A pair that was not repeated adds 0 to both.
+    # A pair that was not repeated adds 0 to the squares and to the degrees of freedom.
     squares_mm2 = sum(len(alike) * np.var([run.mean_error_mm for run in alike]) for alike in repeated)
     if not (freedom := sum(len(alike) - 1 for alike in repeated)):
         return firsts, None
@@ -172,14 +173,14 @@ class Chart:
     excluded: tuple[Excluded, ...]
     readings: Profile
     total: int  # Number of runs of the study, including runs that repeat a pair
-    band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
+    band_mm: Floats  # Half-width of the 95 % band of all readings together, (n,)
     as_near: tuple[bool, ...]
-    """True for each run that cannot be distinguished from the best one. Without repeated runs, True only for the best
-    one."""
+    """True for each run that cannot be distinguished from the best run, (runs,). Without repeats, only for the best
+    run."""
     replicates: RepeatedPairs | None
     screening: str = ""  # Sentence about the runs of the fast model. Empty if there are none.
     fluid_warnings: tuple[str, ...] = ()  # Sentences about faults of the runs' fluids
-    fitted: int = 2  # Number of settings fitted to these readings: the map's two, and those that the trial declares
+    fitted: int = 2  # Number of settings fitted to these readings: the map's two and the trial's declared ones
 
     @property
     def errors_mm(self) -> Floats:
@@ -215,12 +216,12 @@ class Chart:
 
     @property
     def pairs(self) -> Floats:
-        """Values of the two settings for each run, (n, 2)."""
+        """Values of the two settings for each run, (runs, 2)."""
         return np.array([run.values for run in self.runs])
 
     @property
     def places(self) -> Floats:
-        """Positions of the runs on the map, from 0 to 1 along each axis, (n, 2)."""
+        """Positions of the runs on the map, from 0 to 1 along each axis, (runs, 2)."""
         places = np.column_stack([axis.spaced(each) for axis, each in zip(self.axes, self.pairs.T, strict=True)])
         return (places - places.min(axis=0)) / np.ptp(places, axis=0)
 
@@ -244,7 +245,7 @@ class Chart:
     def flatness(self) -> str:
         """Sentence about the pairs of settings that fit as well as the best one."""
         if self.replicates is None and self.screening:
-            return "Runs of the fast model do not scatter. Their distance from runs with particles is unknown."
+            return "Runs of the fast model do not scatter. Their difference from runs with particles is unknown."
         if self.replicates is None:
             return (
                 "No pair was repeated with another seed, so it is unknown how far single runs scatter and which other "
@@ -282,11 +283,12 @@ class Chart:
 def as_near_as_the_best(
     runs: Sequence[HeldRun], readings: Profile, budget: Budget, scatter_mm: float
 ) -> tuple[bool, ...]:
-    """Return True for each run whose mean error cannot be distinguished from the smallest one.
+    """Return True, (runs,), for each run whose mean error cannot be distinguished from the smallest one.
 
     All runs are compared with the same random readings, drawn from the budget of the readings. An error of the readings
     changes the errors of similar runs equally, so their difference is far more certain than each error. ``scatter_mm``
-    is added to each run independently. A run whose mean error is over a third larger never fits equally well.
+    is added to each run independently. A run whose mean error is over a third larger than the smallest one never fits
+    equally well.
     """
     profiles = [readings, *(run.profile for run in runs)]
     # All stations in the stretch that all profiles share.
@@ -310,7 +312,7 @@ def as_near_as_the_best(
 
 
 def chosen_few(chart: Chart) -> list[HeldRun]:
-    """Return about nine runs: those nearest to the lowest, best and highest value of each of the two settings.
+    """Return about nine runs: the runs nearest to the lowest, best and highest value of each of the two settings.
 
     If the best run's value is near an end of the range, the middle of the range is used instead.
     """
@@ -348,7 +350,7 @@ class Watched:
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
-    """Return the median number of particles and the median time in each step, (2, k).
+    """Return the median number of particles and the median time in each bin, (2, k).
 
     Medians change little if other programs are running.
     """
@@ -358,7 +360,7 @@ def medians(particles: Floats, frame_ms: Floats) -> Floats:
 
 
 def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
-    """Fit a straight line to the medians by least squares.
+    """Fit a straight line to the median times by least squares.
 
     Returns three numbers: the time of a frame without particles in ms, the time that each moving particle adds in µs,
     and R², the fraction of the medians' variance that the line explains. Returns None if there are too few medians.

@@ -25,8 +25,8 @@ class FirstLayout:
     left: float  # Room for the labels of the level's axis
     right: float  # Room for notes and the section
     font_pt: float
-    whole_titles: bool  # False without room for the explaining part of a title
-    level: tuple[float, float] = (1.9, 2.9)  # Smallest and largest height of the level
+    whole_titles: bool  # False if there is no room for the explanatory part of a title
+    level: tuple[float, float] = (1.9, 2.9)  # Smallest and largest height of the panel with the level
     strip: float = 1.0  # Largest height of the photo
     error: float = 0.85
     gap: float = 0.42  # Space between two rows, for their titles
@@ -45,8 +45,8 @@ BAND_READ, BAND_NEXT = "error of the readings, 19 of 20", "one further run, 19 o
 is easily taken for a tolerance."""
 LABELLED_MM = 0.5  # Smallest error that is labelled with its number
 NEAR_END = 0.06  # Fraction of the length at each end in which a label is beside its position
-OBLIQUE = 0.3  # Largest offset of a drawn wall point along the crack, divided by its offset across
-ONE_TO_ONE = 1.05  # Ratio of the scales of heights and lengths up to which both get one scale
+OBLIQUE = 0.3  # Largest offset of a drawn wall point along the crack, divided by its offset across the crack
+ONE_TO_ONE = 1.05  # Heights and lengths get the same scale if their scales differ by less than this factor
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ class FirstFigure:
             axes.plot(readings.s_mm, readings.level_mm, "o", color=MEASURED, markersize=5, label=name)
         if seeds is not None and prediction is None:
             draw_band(axes, s_mm, profile.level_mm, seeds.band_95_mm, SIMULATED, 0.3, BAND_NEXT)
-        # Over the bands, since no level is below the floor.
+        # Drawn over the bands, since no level is below the floor.
         draw_ground(axes, s_mm, floor_mm, low_mm)
         kind = "simulated" if prediction is None else "predicted"
         kind += "" if seeds is None else f", mean of {len(seeds.seeds)} runs"
@@ -232,6 +232,6 @@ def _title(axes: Axes, text: str, more: str, layout: FirstLayout) -> None:
 
 
 def _tens(length_mm: float) -> Floats:
-    """Return round positions along the crack, without any that the label of the length would cover."""
+    """Return round positions along the crack, (k,), except those that the label of the length would cover."""
     step = next(step for step in (5, 10, 20, 50, 100, 200, 500, 1000) if length_mm / step <= 10)
     return np.arange(0.0, length_mm - 0.4 * step, step)

@@ -44,10 +44,11 @@ def draw_levels(
     colour: str = SIMULATED,
     label: str = "simulated",
 ) -> Figure:
-    """Draw levels along a crack on ``axes``. Give ``profile``, ``readings`` or both, and call it inside ``themed``.
+    """Draw levels along a crack on ``axes``. Call this function inside ``themed``.
 
-    The floor of the crack needs ``sections``, and the band of the readings needs ``comparison``. ``colour`` and
-    ``label`` are for the simulated level. Without a ``title`` the axes keep their own title and a plain legend.
+    Give ``profile``, ``readings`` or both. The floor of the crack needs ``sections``, and the band of the readings
+    needs ``comparison``. ``colour`` and ``label`` are for the simulated level. Without a ``title`` the axes keep their
+    own title and a plain legend.
     """
     curves = [curve for curve in (profile, readings) if curve is not None]
     s_mm, bottom_mm = curves[0].s_mm, min(float(curve.level_mm.min()) for curve in curves) - 1.5

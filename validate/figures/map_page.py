@@ -46,7 +46,7 @@ from validate.figures.theme import (
 )
 from validate.units import percent, setting_words, signed
 
-MAX_ROWS = 200  # Largest number of rows on the page, best runs first. The CSV has all rows.
+MAX_ROWS = 200  # Largest number of rows on the page, best runs first. The CSV contains all rows.
 ERRORS = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
     "bias (mm)": ("bias_mm", partial(signed, decimals=3)),
@@ -141,14 +141,14 @@ def _levels(chart: Chart) -> Plot:
 
 
 def _error_map(chart: Chart, fills: Sequence[Fill]) -> Plot:
-    """Return the map of the errors. The table of all runs has the numbers."""
+    """Return the map of the errors. Its numbers are in the table of all runs."""
     draw = partial(draw_error_map, chart, [fill.run for fill in fills])
     letters = "; letters mark the runs that are drawn below" if fills else ""
     if chart.has_surface:
         between = "interpolated linearly between them, as in the paper's Fig. 8"
         return Plot("heat", f"Mean error of each run (points), {between}{letters}.", draw)
     caption = (
-        f"Mean error of each run, with its number{letters}. There is no surface between these runs: that takes "
+        f"Mean error of each run, with its number{letters}. A surface between the runs needs "
         f"{MIN_RUNS} or more ranked runs, with {MIN_VALUES} or more values of each setting, that enclose two "
         "thirds of the map."
     )
@@ -159,7 +159,7 @@ def _cost(chart: Chart, fills: Sequence[Fill]) -> Iterator[str | Plot]:
     wall_s = np.array([run.wall_s for run in chart.runs])
     yield (
         f"A run took {np.median(wall_s):.1f} s (median; {wall_s.min():.1f} to {wall_s.max():.1f} s), and all runs "
-        f"together {wall_s.sum():,.0f} s, on the machine of the study with its other load."
+        f"together {wall_s.sum():,.0f} s, on the machine of the study, which may also do other work."
     )
     caption, numbers = "Time of a run against each setting.", None
     if fills:
@@ -327,7 +327,7 @@ def _label_runs(axes: Axes, chart: Chart, letters: Mapping[int, str]) -> None:
         letter = letters.get(run.number, "")
         style: Any = {"textcoords": "offset points", "ha": "center"}
         if surface:
-            # Toward the middle, since title and colour bar are at the edges.
+            # Labels are toward the middle, since title and colour bar are at the edges.
             style |= {"va": "center", "fontsize": 11, "fontweight": "bold", "color": "white", "path_effects": HALO}
             axes.annotate(letter, run.values, tuple(np.where(position > 0.5, -11, 11)), **style)
         else:

@@ -22,7 +22,7 @@ from validate.sentences import template_cache
 DPI = 110  # Resolution of the pixels inside a figure. A page of thirty fills then has less than 2 MB.
 FIGURES = "figures"
 NAME_BREAKS = re.compile(r"(?<=[._/])(?=[^\W\d])")
-"""Positions in names and paths at which a line of a table may break. There is none inside a number."""
+"""Positions in names and paths at which a line of a table may break. No line breaks inside a number."""
 LONGEST_PART = 16  # Largest number of characters between two breaks. A longer part may break anywhere.
 NONE = "-"  # Text of a cell without a value
 Values = Sequence[Any] | NDArray[Any]
@@ -42,10 +42,10 @@ class Plot:
 class FigureColumn:
     """A column of a table on the page, of its CSV, or of both. A value is a number, a text or None."""
 
-    head: str  # Head on the page. Empty if only the CSV has the column.
+    head: str  # Heading on the page. Empty if only the CSV has the column.
     values: str | Values  # Values, or the path of the value in each record of the table
     text: Callable[[Any], str] = str  # Text of a value on the page
-    name: str | None = None  # Head in the CSV. None: as on the page. Empty: only the page has the column.
+    name: str | None = None  # Heading in the CSV. None: as on the page. Empty: only the page has the column.
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,16 @@ from sealtwin.core.vtk_files import Frame
 from validate.figures.theme import AGES, AIR, FOOT_IN, GROUND, HEAD_IN, ON_GROUND, SPEEDS, draw_ground, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
-"""Positions of the sections across a crack, as fractions of its length: slope, middle and plateau of the paste."""
+"""Positions of the sections across a crack, as fractions of its length: on the slope of the paste, in the middle, and
+on its plateau."""
 ACROSS_MM = 9.0  # Half the width of a section
 PAST_ENDS_MM = 6.0  # Length shown past each end of the crack
 ABOVE_MM = 6.0  # Height shown above the face, for the nozzle's tip
 MARGIN_MM = 4.0  # Width shown past the sample's edges
 SLOWEST_MM_S, FASTEST_MM_S = 1.0, 1000.0  # Ends of the scale of speeds: creeping paste, and a fall of 50 mm
 UNDER, FACE, WALLS, OVER = 1.0, 1.1, 3.9, 4.0
-"""Drawing order from above: sealant under the face, the face that hides it, the crack's walls, sealant above the
-face."""
+"""Drawing order in the view from above: sealant under the face, the face that hides it, the crack's walls, sealant
+above the face."""
 
 
 class ColourScale(NamedTuple):
@@ -51,9 +52,9 @@ def ages_of(frames: Iterable[Frame]) -> ColourScale:
 
 
 def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
-    """Draw particles at (n, 2) as discs to scale.
+    """Draw particles at the positions ``place_mm``, (n, 2), as discs to scale.
 
-    They are drawn as pixels, because 15,000 outlines would take megabytes.
+    The discs are drawn as pixels, because 15,000 vector outlines would take megabytes.
     """
     scale.norm.autoscale_None(value)
     discs = EllipseCollection(
@@ -74,9 +75,9 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
 
 
 def add_bar(figure: Figure, scale: ColourScale, axes: Axes | Sequence[Axes], **layout: Any) -> None:
-    """Draw a colour bar for ``axes``. In a plate it is below their labels.
+    """Draw a colour bar for ``axes``. In a plate, the bar is below the labels of the axes.
 
-    The bar of speeds ends in an arrow, which stands for all lower values.
+    The bar of speeds ends in an arrow, which represents all lower values.
     """
     if figure.get_layout_engine() is None:
         inch = 1 / (figure.get_figheight() - HEAD_IN - FOOT_IN)
@@ -128,7 +129,7 @@ class Views:
         for artist in (face, mortar):
             axes.add_artist(artist)
         for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
-            # At an oblique open end they continue past the sample's edge.
+            # At an oblique open end the walls continue past the sample's edge.
             axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, zorder=WALLS)[0].set_clip_path(face)
         mortar.set_clip_path(face)
         order = np.argsort(position_mm[:, 2], kind="stable")
@@ -195,7 +196,7 @@ def draw_solid_across(axes: Axes, solid: Solid, foot_mm: Floats, ahead: Floats, 
 
 
 def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floats) -> list[Floats]:
-    """Cut a mesh with the upright plane through ``foot_mm`` that is perpendicular to the unit vector ``ahead``.
+    """Cut a mesh with the vertical plane through ``foot_mm`` that is perpendicular to the unit vector ``ahead``.
 
     Returns closed rings, (n, 2) each, in mm: the distance to the right of ``foot_mm``, and the height z.
     """

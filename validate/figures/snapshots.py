@@ -185,7 +185,7 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
     rows = figure.subplots(len(PANELS), 1, sharex=True)
     for axes, panel in zip(rows, PANELS, strict=True):
         for (name, label), (colour, dashes) in zip(panel.curves.items(), STYLES, strict=False):
-            # Drawn above the axis, which would hide a line of zeros.
+            # The curve is drawn above the axis, which would hide a line of zeros.
             axes.plot(
                 columns["t_s"],
                 panel.factor * columns[name],

@@ -34,10 +34,10 @@ WIDTH_PX = 690  # Width of a plate at 150 dpi
 
 LIGHT = np.array([-0.36, 0.48, 0.8])
 """Unit vector towards the light. Its components point to the right and up in the picture, and towards the viewer."""
-DARKEST = 0.55  # Brightness without light, at which a colour can still be compared with its scale
+DARKEST = 0.55  # Brightness of a facet without light. Its colour can still be compared with the colour scale.
 SMOOTHING = 2  # Number of samples along each side of a pixel, which are averaged for smooth edges
-MAX_AT_ONCE = 200_000  # Number of samples in the bounding boxes of facets computed together, which take 20 MB
-FLAT = 1e-9  # Smallest width of a row, in samples, over which nearness may change
+MAX_AT_ONCE = 200_000  # Largest number of samples in the bounding boxes of facets computed together (20 MB)
+FLAT = 1e-9  # Smallest width of a row, in samples, by which the change of nearness is divided
 
 
 @themed()
@@ -88,7 +88,7 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile) -
         color=MEASURED,
         linewidth=1.4,
         path_effects=ON_SEALANT,
-        label="profile read from the particles",
+        label="level measured from the particles",
     )
     axes.set_ylim(top=max(4.0, float(position_mm[:, 2].max(initial=0.0)) + 1.5))
     return label_axes(axes, ALONG, "z (mm)", "From the side: particles by age", legend=1)
@@ -121,7 +121,7 @@ def draw_sections(run: Run, outline: Outline, solid: Solid) -> Figure:
 
 
 def _settled(run: Run) -> tuple[Floats, Floats, ColourScale]:
-    """Return the position and age of the particles on the sample, and the scale of ages."""
+    """Return the positions, (n, 3), and ages, (n,), of the particles on the sample, and the scale of ages."""
     stays = ~run.spilled
     return run.position_mm[stays], run.age_s[stays], age_scale(float(run.age_s.max(initial=1.0)))
 
@@ -144,7 +144,7 @@ def render(
     width_px: int,
     face_normal: Floats | None = None,
 ) -> NDArray[np.uint8]:
-    """Return an RGBA picture of a mesh, ``width_px`` wide, with a transparent background.
+    """Return an RGBA picture of a mesh, (h, w, 4), ``width_px`` wide, with a transparent background.
 
     At ``azimuth_deg`` 0 the view is along +y, and at ``elevation_deg`` 90 straight down. ``face_colour`` is (f, 3),
     from 0 to 1. ``face_normal`` (f, 3) replaces the facets' normals for the shading. Facets that face away are drawn
@@ -152,7 +152,7 @@ def render(
     """
     right, up, toward = view_axes(azimuth_deg, elevation_deg)
     used, corner = np.unique(faces, return_inverse=True)
-    # To the right and down in the picture, and toward the viewer, in samples.
+    # Coordinates to the right and down in the picture, and toward the viewer, in samples.
     vertices = vertices_mm[used] @ np.column_stack([right, -up, toward])
     vertices -= vertices.min(axis=0)
     vertices *= width_px * SMOOTHING / vertices[:, 0].max()
@@ -177,13 +177,13 @@ def render(
     colour[:-1, 3] = 1.0
     samples = colour[owner].reshape(height, width, 4)
     mean = cv2.resize(samples, (width_px, height // SMOOTHING), interpolation=cv2.INTER_AREA)
-    # The average is over covered samples only, or edges would darken.
+    # The average is over covered samples only; otherwise edges would darken.
     mean[..., :3] /= np.where(mean[..., 3:] > 0, mean[..., 3:], 1.0)
     return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)
 
 
 def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats, Floats]:
-    """Return three unit vectors: to the right and up in the picture, and towards the viewer."""
+    """Return three unit vectors, (3,) each: to the right and up in the picture, and towards the viewer."""
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     away = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
@@ -198,7 +198,7 @@ def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
 
 
 def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
-    """Return triangle, sample and nearness, (n,) each, for the samples that triangles cover.
+    """Return the samples that triangles cover: triangle, sample and nearness to the viewer, (n,) each.
 
     ``corner`` is (f, 3, 3): the corners' coordinates to the right, down and towards the viewer. Triangles are filled
     row by row, so that slivers cost little.

@@ -57,7 +57,7 @@ STYLE: Any = {
     "axes.titlesize": 10.0,
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
-    # No figure has ticks at its top; without a fixed place, Matplotlib measures all labels to look for them.
+    # No figure has ticks at its top. Without a fixed position of titles, Matplotlib would measure all labels.
     "axes.titley": 1.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -82,12 +82,12 @@ STYLE: Any = {
 
 @contextmanager
 def themed() -> Iterator[None]:
-    """Apply the style. Draw and write figures inside this context, because Matplotlib reads most of a style late."""
+    """Apply the style. Draw and write figures inside this context: Matplotlib reads most of a style when drawing."""
     with rc_context(STYLE):
         yield
 
 
-PLATE_IN = 4.6  # Width of a plate
+PLATE_IN = 4.6  # Width of a plate in inches
 FOOT_IN, HEAD_IN = 0.46, 0.3
 """Lower and upper margin of a plate, in inches. Margins are fixed, because measuring all labels takes longer than
 drawing them."""
@@ -183,7 +183,7 @@ def draw_curve(
 ) -> None:
     """Draw a level along the crack over its band, which has the half-width ``half_mm`` and the label ``band``.
 
-    ``line`` has the line's colour and other properties.
+    ``line`` contains the line's colour and other properties.
     """
     if half_mm is not None:
         draw_band(axes, s_mm, level_mm, half_mm, line["color"], alpha, band)

@@ -1,4 +1,4 @@
-"""The fill in three dimensions: a mesh that a page can turn, and a still picture of it.
+"""The fill in three dimensions: a mesh that the reader of a page can turn, and a still picture of it.
 
 Only facets that face the viewer are drawn. The near wall of the crack faces away, so it does not hide the sealant.
 """
@@ -31,38 +31,40 @@ from validate.figures.solid_pictures import (
 from validate.figures.theme import AGES, ON_GROUND
 
 # Sizes of the model in 3-D. They change its look and the page's size, but no figure of a result. Blur and limits were
-# chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was chosen by eye.
+# chosen by counting vertices and bytes, and by the density of a lattice of particles. The view was chosen by eye.
 BLUR = 0.6
-"""Standard deviation of the blur, in particle spacings. With it, the density of a regular lattice varies by 0.1 %, and
-a layer of one particle is still above the threshold of one half. A larger blur rounds edges and loses thin layers."""
+"""Standard deviation of the blur, in particle spacings. At this value, the density of a regular lattice varies by 0.1
+%, and a layer of one particle is still above the threshold of one half. A larger blur rounds edges and loses thin
+layers."""
 HALF_FULL = 0.5
-"""Filled fraction of the space at the surface. With one half, sealant that ends in a plane has this plane as its
-surface."""
+"""The surface is where this fraction of the space is filled. At one half, sealant that ends at a plane has its surface
+in that plane."""
 MAX_VERTICES = 24_000
 """Largest number of vertices of the surface. A finer surface looks no better, and each vertex takes 12 bytes of a
 page."""
 COARSER_SURFACE, COARSER_WALLS = 1.15, 1.3
-"""Factors by which the cells of the surface and of the walls grow in each attempt while there are too many vertices."""
+"""Factors by which the cells of the surface and of the walls are enlarged, repeatedly, until there are few enough
+vertices."""
 MERGED_CELL = 1 / 2000
 """Size of the cells in which wall vertices are first merged if there are too many, as a fraction of the solid's
 extent."""
 ASIDE_DEG, DOWN_DEG = 28.0, 32.0
-"""Angles of the first view. It is turned from a view at right angles to the crack, far enough to show the crack's
-width, and it looks down from the horizontal."""
+"""Angles of the first view in degrees. The first angle turns the view away from the right angle to the crack, which
+shows the crack's width. The second angle is the downward tilt from the horizontal."""
 RIM_MM = 0.35  # Width of the line around the crack's mouth
 STILL_PX = (1000, 500)  # Width and height of the still picture
 MARGIN = 0.08
 """Smallest margin of the first view, as a fraction of the picture's width. It is needed because the mesh is wider in
 other views."""
-STEPS = 65_535  # Steps of 16 bits across the largest extent, 2 µm each in a sample of 160 mm
+STEPS = 65_535  # Number of steps across the largest extent, which 16 bits can count: 2 µm each for 160 mm
 MAX_CORNERS = STEPS + 1 - MAX_VERTICES
-"""Largest number of vertices of walls and rim, because indices have 16 bits. The paper's trial has 7,000, a scan
-millions."""
+"""Largest number of vertices of walls and rim, because indices have 16 bits. The paper's trial has 7,000 such vertices,
+and a scan has millions."""
 
 
 @dataclass(frozen=True)
 class Turntable:
-    """Mesh whose facets are drawn only if they are seen from outside."""
+    """Mesh whose facets are drawn only if the viewer sees their outer side."""
 
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3), counter-clockwise from outside
@@ -74,7 +76,7 @@ class Turntable:
 
     @cached_property
     def still(self) -> NDArray[np.uint8]:
-        """RGBA picture of the page's first view."""
+        """RGBA picture of the page's first view, (h, w, 4)."""
         shown, low_mm, high_mm = self._first_view
         colour, normal = (values[shown].mean(axis=1) for values in (self.colour, self.normal))
         width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
@@ -128,7 +130,7 @@ class Turntable:
 
     @property
     def _middle_mm(self) -> Floats:
-        """Middle of the first view, about which the mesh turns."""
+        """Middle of the first view, (3,), about which the mesh turns."""
         _, low_mm, high_mm = self._first_view
         right_mm, up_mm = (low_mm + high_mm) / 2
         right, up, toward = view_axes(self.azimuth_deg, self.elevation_deg)
@@ -177,7 +179,7 @@ def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
     """Return the cavity of a solid. If it has more than ``MAX_CORNERS`` vertices, neighbouring vertices are merged."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
     cell_mm = MERGED_CELL * float(np.ptp(solid.vertices_mm, axis=0).max())
-    # Each facet has its own three vertices, and an edge of the rim has two facets.
+    # Each facet has its own three vertices, and each edge of the rim becomes two facets.
     while 3 * (len(faces) + 2 * len(rim)) > MAX_CORNERS:
         cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)
         _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
@@ -251,7 +253,7 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
 
 
 def _spread(position: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
-    """Return weights on a grid. Each weight is distributed over the eight nodes around its position."""
+    """Return weights on a grid of this shape. Each weight is distributed over the eight nodes around its position."""
     base, corners = np.floor(position).astype(np.int64), np.array([*np.ndindex(2, 2, 2)])
     part = (position - base)[:, None]
     share = np.prod(np.where(corners, part, 1 - part), axis=2) * weight[:, None]

@@ -38,14 +38,14 @@ class PiecewiseLinear:
         return float(np.sqrt(np.sum(np.diff(self.x) * (first**2 + first * last + last**2) / 3) / self.length_mm))
 
     def share_below(self, limit: float) -> float:
-        """Return the fraction of the length with values below a limit."""
+        """Return the fraction of the length on which the function is below a limit."""
         low, high = np.sort([self.value[:-1], self.value[1:]], axis=0)
         rise = high - low
         part = np.where(rise > 0, (limit - low) / np.where(rise > 0, rise, 1.0), limit > low)
         return float(np.sum(np.diff(self.x) * np.clip(part, 0.0, 1.0)) / self.length_mm)
 
     def quantile(self, share: float) -> float:
-        """Return the quantile: the value that this fraction of the length does not exceed."""
+        """Return the value that the function does not exceed on the fraction ``share`` of the length."""
         low, high = float(self.value.min()), float(self.value.max())
         for _ in range(100):
             middle = (low + high) / 2
@@ -72,11 +72,11 @@ class Difference(PiecewiseLinear):
         x = np.unique(np.concatenate([x_a, x_b]))
         x = x[(x >= low) & (x <= high)]
         value = np.interp(x, x_a, y_a) - np.interp(x, x_b, y_b)
-        # Rounding would move a crossing at a station to the side.
+        # Rounding would move a crossing that is exactly at a station.
         value[np.abs(value) < ROUNDING * np.abs(value).max()] = 0.0
         crosses = np.sign(value[:-1]) * np.sign(value[1:]) < 0
         first, last = value[:-1][crosses], value[1:][crosses]
-        # A crossing that rounds onto a station would double it; so close to one it adds no area.
+        # A crossing that rounds to a station would be a second point there. So close to a station, it adds no area.
         crossing = np.setdiff1d(x[:-1][crosses] + np.diff(x)[crosses] * (first / (first - last)), x)
         order = np.argsort(np.concatenate([x, crossing]), kind="stable")
         value = np.concatenate([value, np.zeros(len(crossing))])[order]
@@ -129,7 +129,7 @@ def compared_stations(simulated: Profile, measured: Profile) -> ComparedStations
 
 
 def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
-    """Return points sorted by x. Raises InputError if they are not a function of x."""
+    """Return points sorted by x, (n,) each. Raises InputError if they are not a function of x."""
     x, y = np.array(x, dtype=float), np.array(y, dtype=float)
     if x.ndim != 1 or x.shape != y.shape or len(x) < 2:
         raise InputError(
@@ -185,8 +185,8 @@ def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple
 def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: float) -> float:
     """Return the discrete Frechet distance of two curves over a stretch of s, both sampled at the same even points.
 
-    Unlike an area, this distance measures a step that comes too early by the step's shift along the crack, because s
-    and level have equal weight.
+    If a step of the level is at the wrong s, this distance is the step's shift along the crack, because s and level
+    have equal weight. The area between the curves would also depend on the height of the step.
     """
     import similaritymeasures
 
@@ -197,13 +197,13 @@ def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: flo
 
 
 def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return the stations and levels of a part of a profile, with interpolated ends."""
+    """Return the stations and levels of a part of a profile, (n,) each, with interpolated ends."""
     inner = profile.s_mm[(profile.s_mm > low) & (profile.s_mm < high)]
     s_mm = np.concatenate([[low], inner, [high]])
     return s_mm, profile.level_at_mm(s_mm)
 
 
-CHOICE = "both curves count s from the first end given; neither is shifted to fit the other"
+CHOICE = "both curves measure s from the crack's first end; neither is shifted to fit the other"
 SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Possible errors in the position of a station, or of the end of a crack
 
 

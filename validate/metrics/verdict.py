@@ -21,7 +21,7 @@ from validate.sentences import sentence, stated
 from validate.settings import Gate, Role
 
 ALWAYS = (1, 3)  # Numbers of coefficients of the curves that every calibrated level is compared with
-FIT_POINTS, GAP_POINTS = 400, 8  # Largest number of fit points, and largest number in a gap between stations
+FIT_POINTS, GAP_POINTS = 400, 8  # Each gap has 8 fit points, unless there would be over 400 in all
 NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
 POOL = "the dispensed volume lying flat"
 
@@ -55,10 +55,10 @@ def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count:
 
 
 def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
-    """Return the polynomial of ``count`` coefficients with the smallest mean absolute difference, at each x.
+    """Return the polynomial of ``count`` coefficients with the smallest mean absolute difference, at each x, (n,).
 
-    It solves a linear programme: minimise the sum of w t with |P c - level| <= t at each x. P are Legendre polynomials,
-    c the coefficients, w the weights and t the bounds of the differences.
+    The polynomial is the solution of a linear programme: minimise the sum of w t with |P c - level| <= t at each x. P
+    are Legendre polynomials, c the coefficients, w the weights and t the bounds of the differences.
     """
     from numpy.polynomial.legendre import legvander
     from scipy.optimize import linprog
@@ -92,11 +92,11 @@ def flat_levels(measured: Profile, outline: Outline, solid: Solid, dispensed_mm3
 
 
 def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: int | None) -> bool | None:
-    """Return whether a mean error is smaller than the error of every baseline with no more fitted numbers.
+    """Return whether a mean error is smaller than the error of every comparable baseline.
 
-    These baselines are the curves with at most ``fitted`` coefficients, the number of fitted settings. If ``fitted`` is
-    None (not declared), one is assumed. For held-out readings, only levels made without the readings count. Returns
-    None if there is no such baseline.
+    A baseline is comparable if it has at most as many coefficients as settings were fitted (``fitted``). If ``fitted``
+    is None (not declared), one setting is assumed. For held-out readings, only levels made without the readings are
+    comparable. Returns None if there is no such baseline.
     """
     most = 0 if role == "held-out" else 1 if fitted is None else fitted
     fair = [baseline.mean_error_mm for baseline in baselines if baseline.numbers <= most]
@@ -104,7 +104,7 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
 
 
 def nearer_baseline(error_mm: float, baselines: Sequence[Baseline]) -> str:
-    """Return a sentence about the simplest baseline closer to the readings than a mean error, and simpler ones."""
+    """Return a sentence that names the simplest baseline with an error up to ``error_mm``, and simpler baselines."""
     names = [f"{baseline.name} ({baseline.mean_error_mm:.2f} mm)" for baseline in baselines]
     nearer = next((i for i, baseline in enumerate(baselines) if baseline.mean_error_mm <= error_mm), None)
     return sentence("nearer_baseline", baselines=baselines, names=names, nearer=nearer)
@@ -142,14 +142,14 @@ MIN_COVERAGE = 0.8
 caliper's reach, but the paper's largest errors are at the ends."""
 WIDEST_GAP = 0.3
 """Largest distance between neighbouring stations for a verdict, as a fraction of the crack's length. Stations placed by
-hand are uneven. A cluster of stations and a single one far away leave a wider gap."""
+hand are unevenly spaced, which this limit allows. It refuses a cluster of stations with a single station far away."""
 NEARLY_ALL = 0.95  # Coverage below which the verdict mentions it
 ROUNDING = 1e-9
 BASELINES, SCREENING = "verdict.baselines", "verdict.screening"
-"""Keys of two headlines: with a valid mean error, and for a level by the fast model."""
+"""Keys of two headlines: for a valid mean error, and for a level computed by the fast model."""
 SOUND = (0.95, 1.05)
-"""Sound range of the volume ratio, which is settled divided by dispensed volume. The preset "accurate" stays within
-it."""
+"""Allowed range of the volume ratio (settled volume divided by dispensed volume). Runs with the preset "accurate" are
+within it."""
 
 
 Case = Literal["leak", "edited", "predicted", "alone", "screening", "too-few-readings", "judged"]

@@ -1,6 +1,6 @@
 """Volumes below and above a level along the crack, the mass balance of a run, and the flat level of a volume.
 
-The cavity is cut from the mesh: horizontal areas by level, in bins along the crack.
+The cavity is cut from the mesh at many levels. The horizontal areas of the cuts are divided into bins along the crack.
 """
 
 from collections.abc import Iterable
@@ -50,7 +50,7 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
     """Return the area of the face in mm2 under the discs of the particles that rest on it."""
     x_min, y_min, x_max, y_max = solid.block_mm
     corner_mm = np.array([x_min, y_min])
-    # Cells of the block's upper side outside the mouth, rows along y.
+    # Cells of the block's upper side outside the mouth. Rows are along y.
     on_face = np.zeros([int((y_max - y_min) / CELL_MM) + 1, int((x_max - x_min) / CELL_MM) + 1], np.uint8)
     triangles_mm = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]
     for triangle in np.rint((triangles_mm - corner_mm) / CELL_MM).astype(np.int32):
@@ -68,8 +68,8 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
 def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, volume_ratio: float) -> float:
     """Return the change of level due to volume that the numerics gained. It is negative if they lost volume.
 
-    It is this volume divided by the area of the fluid's surface, which has two parts: the area of the crack at the
-    level, and the area of the face that sealant covers outside the mouth.
+    The change is this volume divided by the area of the fluid's surface, which has two parts: the area of the crack at
+    the level, and the area of the face that sealant covers outside the mouth.
     """
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
     if not run.has_particles:
@@ -84,8 +84,8 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> FilledVolumes:
     """Return the volumes below and above a level over a stretch of the crack.
 
-    The cavity is taken from the mesh, at the level of the nearest position on the main crack. Above the face it
-    continues straight up. Sealant on the face outside the mouth is not included in profiles.
+    The cavity is taken from the mesh. Each part of it is filled to the level at the nearest position on the main crack.
+    Above the face, the cavity continues straight up. Profiles do not include sealant on the face outside the mouth.
     """
     cavity = cavity_by_level(outline, solid)
     share, s_mm = cavity.between(from_mm, to_mm)
@@ -105,7 +105,8 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
 def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
     """Return the flat level of a volume in the whole crack, like water between dams at both ends.
 
-    It depends only on the volume and the crack. A simulation also models the flow, so its error should be smaller.
+    The level depends only on the volume and the crack. A simulation also models the flow, so its error should be
+    smaller.
     """
     from scipy.optimize import root_scalar
 
@@ -126,27 +127,27 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
 CELLS_ACROSS, LARGEST_MM = 8, 0.125  # Number of cells across the crack's mean width, and their largest size
 MAX_IN_MOUTH, MAX_CELLS = 40_000, 1_000_000  # Largest numbers of cells between the walls, and in total
 MIN_SHARE = 1e-9  # Fraction of a cell below which an area is a rounding error
-LEVELS = 49  # Number of levels from the deepest floor to the face, a third of a mm apart at 16 mm
-BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
-LOWEST_LEVELS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # In the lowest layer, since a modelled floor is uneven
+LEVELS = 49  # Number of levels from the deepest floor to the face, 1/3 mm apart if it is 16 mm deep
+BESIDE_MM = 1e-3  # Distance of a cut from the face and from horizontal facets, at which the area jumps
+LOWEST_LEVELS = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # More levels in the lowest layer, for uneven floors
 LEVEL_MM, MIN_OF_MOUTH, MAX_FLATS = 0.02, 1 / 200, 12
-"""Three limits for level facets: height in mm within which facets count as level, smallest area at one height that gets
-its own levels (as a fraction of the mouth's area), and largest number of such heights. Floors, shelves and roofs are
-level. Without their own levels, the area would slope where it should jump."""
+"""Three limits for horizontal facets: largest height in mm of a facet that counts as horizontal, smallest area at one
+height that gets its own levels (as a fraction of the mouth's area), and largest number of such heights. Floors, shelves
+and roofs are horizontal. Without their own levels, the area would slope where it should jump."""
 NOISE, MAX_NOISE = 2.5, 1 / 8
 """Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and largest depth as a
 fraction of the cavity's depth. Only 0.6 % of the vertices are deeper, too few to form connected hollows."""
-NORMAL_MEDIAN = 0.6745  # Median distance from the mean, in standard deviations
+NORMAL_MEDIAN = 0.6745  # Median distance from the mean of a normal distribution, in standard deviations
 SMOOTHED_MM = 5.0  # Length along the crack over which the walls' slope under the face is averaged
 
 
 @dataclass(frozen=True)
 class CavityByLevel:
-    """Horizontal areas of the cavity by level, in bins along the crack. Between levels an area is linear.
+    """Horizontal areas of the cavity by level, in bins along the crack. Between two levels, an area changes linearly.
 
     Each point of the cavity belongs to the bin of the main crack that is nearest to it through the cavity. A side crack
-    belongs to the bin of its root, and the space around a tip to the last bin. The bins therefore add up to the cavity
-    without its stones.
+    belongs to the bin of its root, and the space beyond an end of the main crack to the bin at this end. The bins
+    therefore add up to the cavity without its stones.
     """
 
     ends_mm: Floats  # (k + 1,): arc length at the ends of the bins
@@ -193,7 +194,7 @@ class CavityByLevel:
         return np.cumulative_sum(layers_mm3, axis=1, include_initial=True)
 
     def _places(self, level_mm: Floats) -> tuple[Integers, Floats]:
-        """Return for each bin the index of the next lower level, and the fraction of the layer below ``level_mm``."""
+        """Return the next lower level's index, and the fraction of the layer below ``level_mm``, (k,) each, by bin."""
         before = np.searchsorted(self.levels_mm, level_mm, side="right") - 1
         before = np.clip(before, 0, len(self.levels_mm) - 2)
         step_mm = np.diff(self.levels_mm)[before]
@@ -224,7 +225,7 @@ class _Raster:
     shape: tuple[int, int]  # rows, columns
 
     def areas(self, rings: Iterable[Floats]) -> Floats:
-        """Return the area of a region in each cell, row by row, as fractions of a cell."""
+        """Return the area of a region in each cell, row by row, as fractions of a cell, (cells,)."""
         return cell_areas(((np.asarray(ring) - self.origin_mm) / self.cell_mm for ring in rings), self.shape).ravel()
 
     def middles_mm(self, cells: Integers) -> Floats:
@@ -274,7 +275,7 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
 
 
 def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Floats:
-    """Return for each cell the arc length of the nearest point on the main crack, row by row, or -1 outside the crack.
+    """Return for each cell the arc length of the nearest point on the main crack, or -1 outside the crack, (cells,).
 
     A cell that is partly between the walls counts as main crack, because a gap next to a stone may contain no whole
     cell.
@@ -312,10 +313,11 @@ def _plan_areas_mm2(corners_mm: Floats) -> Floats:
 
 
 def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm: float) -> Floats:
-    """Return areas extrapolated to the deepest floor and the face, from the first and last cut just inside.
+    """Return the areas, with the first and last ones extrapolated to the deepest floor and the face, (k, n).
 
-    Hollows of a rough face meet the crack. Under them, areas are extrapolated from below the hollows with the slope of
-    the walls. This is the smaller of the slopes of two layers, because a ledge is not a slope.
+    If the face is rough, its hollows open into the crack. The area at the face is then extrapolated from the layers
+    below the hollows, with the slope of the walls. It is the smaller slope of two layers, because a ledge is not a
+    slope.
     """
     share = BESIDE_MM / (levels_mm[1] - levels_mm[0] - BESIDE_MM)
     area_mm2[:, 0] += share * (area_mm2[:, 0] - area_mm2[:, 1])
@@ -332,7 +334,7 @@ def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm
 
 
 def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
-    """Return increasing levels from the deepest floor to the face, with a level on both sides of level facets.
+    """Return increasing levels from the deepest floor to the face, with a level on both sides of horizontal facets.
 
     No level is within the hollows of a rough face.
     """
@@ -345,7 +347,7 @@ def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
 
 
 def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
-    """Return the levels just below and above level facets, for the heights with the largest areas of such facets."""
+    """Return the levels just below and above horizontal facets, (k,), for the heights with the largest facet areas."""
     corners_mm = solid.vertices_mm[solid.faces]
     low_mm, high_mm = corners_mm[:, :, 2].min(axis=1), corners_mm[:, :, 2].max(axis=1)
     flat = (high_mm - low_mm < LEVEL_MM) & (low_mm > -solid.depth_mm - BESIDE_MM) & (high_mm < -BESIDE_MM)

@@ -47,7 +47,7 @@ SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNO
 class Cell(NamedTuple):
     text: str  # Content without surrounding blanks. A workbook's numbers have a decimal point and up to 15 digits.
     kind: Kind = "text"
-    unit: str = ""  # Text that a number's format shows behind it, such as "cm" or "%"
+    unit: str = ""  # Text that a number's format shows after the number, such as "cm" or "%"
     is_formula: bool = False  # True if a formula gives the content
     is_struck: bool = False
     colours: str = ""  # Colours of fill and font. Empty for black on white.
@@ -78,7 +78,7 @@ class Grid:
     doubts: tuple[Doubt, ...] = ()  # Questions about the file
 
     def require_size(self) -> Self:
-        """Return the sheet. Raises SheetFaults if it is larger than a sheet of readings may be."""
+        """Return the sheet. Raises SheetFaults if it has more rows or columns than a sheet of readings may have."""
         if len(self.rows) > MAX_ROWS:
             finding = f"the sheet has more than {MAX_ROWS} rows, which is the limit."
             raise refused(self.location(), finding, "Use fewer stations.")
@@ -123,8 +123,8 @@ class Grid:
                 yield f"{sheet}, row {row}", " ".join(words)
 
 
-class SheetFaults(InputError):  # noqa: N818  It is all that is open in a sheet, not one error.
-    """All that is unclear in a sheet: one question with its parts, and the sheet as far as it was understood."""
+class SheetFaults(InputError):  # noqa: N818  The class contains all questions about a sheet, not one error.
+    """All questions about a sheet in one error, and the sheet as far as it was understood."""
 
     def __init__(self, doubts: Sequence[Doubt], understood: ReadSheet | None = None) -> None:
         self.doubts, self.understood = tuple(doubts), understood
@@ -148,7 +148,7 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
     try:
         archive = zipfile.ZipFile(io.BytesIO(content))
         if (unpacked_mb := sum(entry.file_size for entry in archive.infolist()) / 1e6) > LARGEST_UNPACKED_MB:
-            raise refused(path, f"{unpacked_mb:.0f} MB when it is unpacked, over {LARGEST_UNPACKED_MB} MB.", SMALLER)
+            raise refused(path, f"{unpacked_mb:.0f} MB when it is unpacked (limit: {LARGEST_UNPACKED_MB} MB).", SMALLER)
         # openpyxl warns about skipped styles and extensions, which contain no readings.
         with warnings.catch_warnings(action="ignore"):
             if "[Content_Types].xml" not in archive.namelist():
@@ -209,7 +209,7 @@ def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
     for line, fields in lines.items():
         within = [each for field in fields for each in field.splitlines()[1:]]
         if any(re.search(rf"[0-9]\s?{mark}\s?[-+.,0-9]", each) for each in within):
-            finding = "a quotation mark of an earlier line is closed here, so the quoted text has rows of numbers."
+            finding = "a quotation mark of an earlier line is closed here, and rows of numbers are in between."
             where = Location(Path(as_text(path)), f"line {line}")
             raise refused(where, finding, "Delete both marks, or the line breaks between them.")
         rows[line] = {column: Cell(text) for column, text in enumerate(fields) if text}
@@ -230,7 +230,7 @@ def _likeliest(text: str) -> str:
     """Return the separator that splits the most rows into the same number of fields."""
     alike = {}
     for mark in SEPARATORS.values():
-        # Wrongly closed quotes exclude a separator.
+        # A separator with which quotation marks are wrongly closed is left out.
         with suppress(csv.Error):
             widths = Counter(map(len, _fields(text, mark).values()))
             alike[mark] = max((count for width, count in widths.items() if width > 1), default=0)
@@ -255,14 +255,14 @@ def _fields(text: str, mark: str) -> dict[int, list[str]]:
 
 
 def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
-    """Return the sheet ``wanted``, or the only visible sheet with a table. If there is none, ask for it."""
+    """Return the sheet ``wanted``, or the only visible sheet with a table. Unless there is exactly one, ask for it."""
     filled = [sheet for sheet in sheets if sheet.rows]
     if not filled:
         finding = "the file has no readings: all sheets are empty, or it was saved as Strict Open XML."
         raise refused(path, finding, "Save it with its cells as an ordinary XLSX.")
     tables = [sheet for sheet in filled if _has_table(sheet)] or filled
     chosen = [sheet for sheet in tables if not sheet.is_hidden]
-    named, finding = chosen or tables, f"{'several' if chosen else 'only hidden'} sheets may have the readings:"
+    named, finding = chosen or tables, f"{'several' if chosen else 'only hidden'} sheets may contain the readings:"
     if wanted is not None:
         chosen = [sheet for sheet in sheets if sheet.sheet == wanted]
         named, finding = sheets, f"has no sheet {quoted(wanted)}, only"
@@ -270,9 +270,9 @@ def _chosen(path: Path, sheets: Sequence[Grid], wanted: str | None) -> Grid:
     if len(chosen) != 1:
         finding += f" {listed([quoted(f'{sheet.sheet}') for sheet in named])}."
         doubts = (Doubt("sheet", Location(Path(as_text(path))), finding, answers={"sheet": None}),)
-    # The first one stands in, so that what else is open is asked at the same time.
+    # The first sheet is used meanwhile, so that all other questions are asked at the same time.
     sheet = (chosen or named)[0]
-    # Sheets that may have the readings of another sample are no remarks on this one.
+    # Sheets that may contain the readings of another sample do not count as remarks on this sample.
     others = [other for other in sheets if other is not sheet and (other.is_hidden or other not in tables)]
     elsewhere = [*sheet.elsewhere, *(text for other in others for text in other.all_texts())]
     rows = {row: dict(sorted(cells.items())) for row, cells in sorted(sheet.rows.items())}

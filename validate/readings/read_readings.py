@@ -35,9 +35,9 @@ def read_readings(
     out. Facts that the sheet does not state must be declared in ``settings``.
 
     If the depth of the crack is given, stations outside the crack and impossible levels are faults too. The length may
-    still be unknown. A possible but suspicious reading, or a text that may change readings, becomes a doubt of the
-    profile, unless ``settings.as_written`` confirms it. ``filling`` gives further data for these checks. If the sheet
-    measures s from the crack's second end, s is reversed once the length is given.
+    still be unknown. A possible but suspicious reading, or a text that may change readings, is listed in the profile's
+    ``doubts``, unless ``settings.as_written`` confirms it. ``filling`` gives further data for these checks. If the
+    sheet measures s from the crack's second end, s is reversed once the length is given.
 
     Raises:
         SheetFaults: Something in the sheet is unclear. The error lists everything, with location, value and remedy.
@@ -53,7 +53,7 @@ def readings_of(
     depth_mm: float | None = None,
     filling: Filling | None = None,
 ) -> Profile:
-    """Read the cells of a sheet, with the same checks and doubts as ``read_readings``."""
+    """Read the cells of a sheet, with the same checks and warnings as ``read_readings``."""
     table = find_table(grid, settings)
     rows = read_rows(table)
     cells = rows.cells
@@ -62,7 +62,7 @@ def readings_of(
     if len(cells.s_mm) < 2 and not table.is_open():
         finding = f"{counted(len(cells.s_mm), 'station')} with a reading; at least two are needed."
         table.ask("stations", finding, "Add stations, or name another sheet or range.")
-    # What only follows from a stand-in for another answer is not asked.
+    # A question that only follows from an assumed answer to another question is not asked.
     is_sure = not (table.stands_in or table.is_open("range"))
     has_places = is_sure and not table.is_open("unit", "decimal", "places")
     has_levels = has_places and not table.is_open("quantity")

@@ -11,38 +11,38 @@ from sealtwin.core.records import Floats, Integers, Outline, Profile, Solid
 from validate.metrics.volumes import fill_volumes
 from validate.readings.grid import letters
 
-# Limits of the screens, in mm, in sd (the standard deviation of a single reading), or as shares. They were set on
-# synthetic sheets whose seeds benchmarks/ingest.py does not use: planted mistakes are found, and few sound sheets are
-# questioned. A stricter limit (smaller distance or ratio, larger probability) finds smaller mistakes and questions more
-# sound sheets.
-MIN_SPREAD_MM = 0.02  # Smallest sd, the limit of error of a digital caliper, which no hand repeats better
-USUAL_SPREAD_MM = 0.5  # sd that is assumed if too few readings show it
+# Limits of the checks, in mm, in sd (the standard deviation of a single reading), or as fractions. They were chosen on
+# synthetic sheets whose seeds benchmarks/ingest.py does not use, so that planted mistakes are found and few correct
+# sheets are questioned. A stricter limit (smaller distance or ratio, larger probability) finds smaller mistakes and
+# questions more correct sheets.
+MIN_SPREAD_MM = 0.02  # Smallest sd, since nobody repeats a reading more closely than a caliper's limit of error
+USUAL_SPREAD_MM = 0.5  # sd that is assumed if there are too few readings to estimate it
 ROUNDING_MM = 1e-6  # Tolerance for two equal means, above the error of binary fractions
-CHANCE = 7e-3  # Probability of chance agreement below which a row or column is a mean of others
+CHANCE = 7e-3  # A row or column is the mean of the others if chance would make it so less often than this
 PLACE_MM = 0.07  # Rounding error of the position in a row of means
 COMPARED = 5  # Smallest number of stations at which repeats are compared
-FAR_MM = 1.0  # Distance of a repeat from its stations' medians, at half of them, that is suspicious
-SCATTER_SD = 5.4  # Scatter of a station's readings from which on its outer readings are suspicious
+FAR_MM = 1.0  # A repeat farther than this from the median at half of its stations is suspicious
+SCATTER_SD = 5.4  # Scatter of a station's readings above which its outer readings are suspicious
 ZERO_MM, ZERO_SD = 1.0, 4.2  # Suspicious distance of a 0 from the other readings of its station
-DEEP_MM = 1.5  # Distance from both neighbours from which on a station of zeros is suspicious
-TURNED_MM = 3.0  # Same distance for a station with the opposite sign
-PEAK_MM = 15.0  # Same distance for any station
+DEEP_MM = 1.5  # Distance from both neighbours above which a station of zeros is suspicious
+TURNED_MM = 3.0  # Distance from both neighbours above which a station with the opposite sign is suspicious
+PEAK_MM = 15.0  # Distance from both neighbours above which any station is suspicious
 SPAN = 0.2  # Fraction of the crack's length below which the span of all positions is suspicious
-COUNTED = 0.5  # Same fraction for positions that only count 1, 2, 3
-ABOVE_MM = 1.5  # Mean height above the face that paste does not reach
-HIGH_MM = 3.0  # Height above the face that paste does not reach at a quarter of the stations
-FLOOR = 0.1  # Fraction of the depth by which a floor may be uneven, at least 1 mm
+COUNTED = 0.5  # Same fraction of the length, for positions that only count 1, 2, 3
+ABOVE_MM = 1.5  # Mean height above the face that is suspicious, because paste does not stay so high
+HIGH_MM = 3.0  # Height above the face that is suspicious if a quarter of the stations exceed it
+FLOOR = 0.1  # Fraction of the depth by which a floor may be uneven, or 1 mm if that is more
 TENTH = 0.13  # Fraction of the depth that contains all readings if centimetres were entered as mm
-STEADY_MM = 0.033  # Spread of repeats that is too small for mm read by hand, but usual for centimetres
-FINEST_MM = 0.0015  # Digit that a caliper's mm do not show, but centimetres with three digits entered as mm do
-COVERED = 0.8  # Fraction of the crack between the outer stations from which on volumes are compared
-VOLUME_OFF = 0.14  # Logarithm of the ratio of volumes that raises a doubt
-VOLUME_MET = 0.4  # Largest part of this logarithm that remains with an explanation
+STEADY_MM = 0.033  # Spread of repeats too small for mm read by hand, but usual for cm entered as mm
+FINEST_MM = 0.0015  # Last digit in mm that a caliper does not show, but cm with three decimals entered as mm do
+COVERED = 0.8  # Volumes are compared if the outer stations are at least this fraction of the crack apart
+VOLUME_OFF = 0.14  # Smallest |ln| of the ratio of volumes that is suspicious
+VOLUME_MET = 0.4  # A mistake explains the ratio if its correction leaves less than this fraction of the logarithm
 OFFSET_MM = 2.5  # Smallest constant offset that a volume can show
-OFFSET_SHARE = 0.12  # Same offset as a fraction of the depth
+OFFSET_SHARE = 0.12  # Smallest constant offset that a volume can show, as a fraction of the depth
 NEARER, NEARER_MM = 0.6, 0.8
-"""Limits for doubting the direction: the largest distance to the simulated level that the other direction may leave, as
-a fraction, and the smallest gain in mm."""
+"""The direction of s is suspicious if reversing it reduces the distance from the simulated level to less than this
+fraction, and by more than this many mm."""
 TURNED = (("sign", -1.0, "with the opposite sign"), ("unit", 10.0, "in centimetres"))
 """Mistakes that multiply all levels by a factor: kind, factor and words."""
 
@@ -50,7 +50,7 @@ REMEDIES = {
     "outlier": "Correct it, or clear it if it stands for a missing reading.",
     "mean row": "Remove it from the table.",
     "repeat": "Remove it from the repeats.",
-    "span": "Correct the unit in the header; a place is a distance along the crack, no number.",
+    "span": "Correct the unit in the header; a position is a distance in mm, not a count of stations.",
     "unit": "Correct the unit in the header.",
     "sign": "Correct the header: level counts upward from the face, depth downward.",
     "datum": "Measure from the face.",
@@ -113,7 +113,7 @@ class SheetAndCrack(NamedTuple):
     filling: Filling | None = None
 
     def profile_mm(self) -> tuple[Floats, Floats]:
-        """Return s and median level of the stations with a reading.
+        """Return s and median level, (k,) each, of the stations with a reading.
 
         Returns empty arrays for fewer than three stations.
         """
@@ -128,12 +128,12 @@ class Finding(NamedTuple):
 
     kind: str
     sentence: str
-    i: Any = ALL  # A station
-    j: Any = ALL  # A list of repeats
+    i: Any = ALL  # Index of a station
+    j: Any = ALL  # List of the indices of repeats
 
 
 def check_readings(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
-    """Return the doubts about readings. Each check treats readings that an earlier check doubted as missing."""
+    """Return the warnings about readings. A reading that one check finds suspicious is missing in the next ones."""
     doubts = dict[Any, Doubt]()
     for screen in CHECKS:
         readings_mm = sheet.cells.readings_mm.copy()
@@ -151,13 +151,13 @@ def check_readings(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
 
 
 def _names(cells: ReadCells, i: Any, j: Any) -> tuple[str, ...]:
-    """Return the names of the cells, the row or the column of a finding. Returns none for the whole sheet."""
+    """Return the names of the cells, the row or the column of a finding. Returns () for the whole sheet."""
     if j is ALL:
         return () if i is ALL else (f"{cells.rows[i].min()}",)
     columns = [letters(column) for column in cells.columns.tolist()]
     if i is ALL and columns.count(columns[j[0]]) == 1:
         return (columns[j[0]],)
-    # With one row a reading, a repeat has no column: its first cell stands for it.
+    # If each reading has its own row, a repeat has no column. Its first cell then represents it.
     i = np.argmax(~np.isnan(cells.readings_mm[:, j[0]])) if i is ALL else i
     return tuple(f"{columns[each]}{cells.rows[i, each]}" for each in j)
 
@@ -170,7 +170,7 @@ def row_medians(values: Floats) -> Floats:
 def spread_mm(readings_mm: Floats) -> float:
     """Return the typical standard deviation of a single reading.
 
-    Without repeats it follows from the scatter along s.
+    Without repeats, it is estimated from the scatter along s.
     """
     off_mm = np.diff(readings_mm, axis=1) / np.sqrt(2)
     if (~np.isnan(off_mm)).sum() < 3:
@@ -184,7 +184,7 @@ def spread_mm(readings_mm: Floats) -> float:
 
 
 def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
-    """Return the probability that each row is the mean of all others by chance, (n,). It is infinite for other rows."""
+    """Return the probability that a row is the mean of all others by chance, (n,). Infinite for other rows."""
     read = ~np.isnan(values_mm)
     count = np.maximum(read.sum(axis=0), 1)
     # A mean of the others is the mean of all too.
@@ -201,14 +201,14 @@ def short_spans(sheet: SheetAndCrack) -> Iterator[Finding]:
     if length_mm is not None and len(s_mm) > 2:
         counts, span_mm = np.allclose(np.diff(s_mm), 1.0), np.ptp(s_mm)
         if span_mm < (COUNTED if counts else SPAN) * length_mm:
-            yield Finding("span", f"all places are within {span_mm:.3g} mm of a crack of {length_mm:.3g} mm.")
+            yield Finding("span", f"all positions are within {span_mm:.3g} mm; the crack is {length_mm:.3g} mm long.")
 
 
 def mean_rows(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield the row that is the mean of all other rows in every column."""
     values_mm, s_mm, rows = sheet.cells.readings_mm, sheet.cells.s_mm, sheet.cells.rows.min(axis=1)
     chance = _mean_chances(values_mm, sheet.cells.digits_mm, spread_mm(values_mm))
-    # Unlike a row in the order of s, a row elsewhere with the mean place is a mean, however few columns show it.
+    # A row that is out of the order of s and has the mean position is a row of means, however few columns show it.
     is_moved = (np.roll(rows, 1) - rows) * (rows - np.roll(rows, -1)) < 0
     is_moved &= np.abs(s_mm - s_mm.mean()) < PLACE_MM
     for i in np.flatnonzero(chance < np.where(is_moved, np.inf, CHANCE))[:1].tolist():
@@ -233,7 +233,7 @@ def mean_and_far_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
     far_mm = np.nan_to_num(row_medians(np.abs(values_mm - row_medians(values_mm)[:, None]).T))
     # Of two repeats that differ, either may be wrong: one question, about the second, is enough.
     if far_mm.max() > FAR_MM and len(values_mm) >= COMPARED:
-        sentence = f"this repeat is {far_mm.max():.3g} mm or more from the middle at half of the stations."
+        sentence = f"this repeat is {far_mm.max():.3g} mm or more from the median at half of the stations."
         yield Finding("repeat", sentence, j=np.flatnonzero(far_mm == far_mm.max())[-1:].tolist())
 
 
@@ -253,7 +253,7 @@ def outliers(sheet: SheetAndCrack) -> Iterator[Finding]:
     # Of two readings, either may be wrong.
     odd |= (scatter_mm > SCATTER_SD * sd_mm) & (2 * off_mm > scatter_mm)
     level_mm = np.interp(range(len(level_mm)), stations, level_mm[stations])
-    # At an end the level may go on to rise or fall.
+    # At an end the level may continue to rise or fall.
     padded_mm = np.pad(level_mm, 1, "edge")
     low_mm, high_mm = np.sort([padded_mm[:-2], padded_mm[2:]], axis=0)
     away_mm = np.maximum(low_mm - level_mm, level_mm - high_mm)
@@ -266,18 +266,18 @@ def outliers(sheet: SheetAndCrack) -> Iterator[Finding]:
         j = np.flatnonzero(odd[i]).tolist()
         written = ", ".join(f"{value:g}" for value in values_mm[i, j])
         beside = f"{low_mm[i]:.3g} and {high_mm[i]:.3g} mm"
-        sentence = f"{written} mm at s = {cells.s_mm[i]:g} mm is unlike the others; the stations beside have {beside}."
+        sentence = f"{written} mm at s = {cells.s_mm[i]:g} mm differs from the others; the neighbours have {beside}."
         yield Finding("outlier", sentence, i, j)
 
 
 def impossible_levels(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield levels that paste does not form, or that are unlikely for the depth of the crack."""
+    """Yield a finding if paste does not form such levels, or if they are unlikely for the depth of the crack."""
     (_, level_mm), depth_mm = sheet.profile_mm(), sheet.depth_mm or np.nan
     if not level_mm.size:
         return
     mean_mm, high_mm = level_mm.mean(), np.quantile(level_mm, 0.75)
     if mean_mm > ABOVE_MM or high_mm > HIGH_MM:
-        sentence = f"the stations are {mean_mm:.3g} mm above the face on average, and a quarter over {high_mm:.3g} mm."
+        sentence = f"the readings are {mean_mm:.3g} mm above the face on average, a quarter of them over {high_mm:.3g}."
         yield Finding("sign" if mean_mm > ABOVE_MM else "datum", sentence)
     if (below_mm := -level_mm.min() - depth_mm) > max(1.0, FLOOR * depth_mm):
         yield Finding("datum", f"the deepest station is {below_mm:.3g} mm below the crack's floor.")
@@ -301,29 +301,29 @@ def other_volume(sheet: SheetAndCrack) -> Iterator[Finding]:
 
     if abs(as_read := off(level_mm)) < VOLUME_OFF:
         return
-    volumes = f"the volume below the readings is {np.exp(as_read):.2f} times that dispensed"
+    volumes = f"the volume below the readings is {np.exp(as_read):.2f} times the dispensed volume"
     for kind, factor, words in TURNED:
         other = off(factor * level_mm)
         if abs(other) < VOLUME_MET * abs(as_read) and (factor * level_mm).max() < HIGH_MM:
-            yield Finding(kind, f"{volumes}; {words}, it would be {np.exp(other):.2f} times that.")
+            yield Finding(kind, f"{volumes}; {words}, it would be {np.exp(other):.2f} times.")
             return
     offsets_mm = filling.solid.depth_mm * np.linspace(-1, 1, 25)
     offset_mm = np.interp(0.0, [off(level_mm + each) for each in offsets_mm], offsets_mm, 0.0, 0.0)
     if abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * filling.solid.depth_mm):
-        yield Finding("datum", f"{volumes}, or the readings are {-offset_mm:+.2g} mm off.")
+        yield Finding("datum", f"{volumes}; the readings may be {-offset_mm:+.2g} mm off.")
 
 
 def other_direction(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield the direction if the readings are much closer to the simulated level with s from the other end."""
+    """Yield a finding if the readings are much closer to the simulated level with s from the other end."""
     (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
     if filling is None or (run := filling.simulated) is None or len(s_mm) < 4:
         return
     places_mm = np.stack([s_mm, filling.outline.length_mm - s_mm])
     errors_mm = np.interp(places_mm, run.s_mm, run.level_mm) - level_mm
-    # A constant offset contains no information on the direction.
+    # A constant offset contains no information about the direction of s.
     read_mm, turned_mm = np.abs(errors_mm - np.median(errors_mm, axis=1, keepdims=True)).mean(axis=1)
     if turned_mm < NEARER * read_mm and read_mm - turned_mm > NEARER_MM:
-        sentence = f"the readings are {read_mm:.2g} mm from the simulated level; from the other end, {turned_mm:.2g}."
+        sentence = f"the readings are {read_mm:.2g} mm from the simulated level; with s reversed, {turned_mm:.2g}."
         yield Finding("direction", sentence)
 
 
@@ -337,4 +337,4 @@ CHECKS = (
     other_volume,
     other_direction,
 )
-"""All checks, in order. Each check treats the readings that earlier checks found as missing."""
+"""All checks, in order. A reading that one check finds suspicious is treated as missing by the next ones."""

@@ -72,7 +72,7 @@ def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, 
     """Yield each row that has readings, with the cell that gives its position."""
     above = BLANK
     for row in table.body if table.station else ():
-        # A row that is skipped has the place of the repeats below it.
+        # The position in a skipped row applies to the repeats below it.
         cell = table.cell(row, table.used[0])
         above = cell if cell.text else above
         if row not in passed and _has_readings(table, row):
@@ -82,7 +82,7 @@ def _station_cells(table: Table, passed: frozenset[int]) -> Iterator[tuple[int, 
 def skipping(table: Table, cells: Sequence[str]) -> dict[str, list[str | int]]:
     """Return the answer that skips some readings, or the rows of some positions.
 
-    Returns none for half of all rows or more.
+    Returns {} if these are half of all rows or more.
     """
     station = table.station.letters if table.station else ""
     entries = [int(row) if (row := cell.removeprefix(station)).isdigit() else cell for cell in cells]
@@ -96,10 +96,10 @@ class _Numbers:
     def __init__(self, table: Table) -> None:
         self.table = table
         self.mark: Decimal | None = _decimal_mark(table)
-        self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by cell, by what is wrong
+        self.unread = defaultdict[str, dict[str, str]](dict)  # Texts by fault, then by cell
 
     def reading(self, row: int, column: Column, cell: Cell) -> Reading:
-        """Return the number in a cell as a reading of a row. Returns NaN if it is missing or cannot be read.
+        """Return the number in a cell as a reading of a row. Returns NaN if the number is missing or cannot be read.
 
         The fault of a cell that cannot be read is noted.
         """
@@ -152,7 +152,7 @@ def _passed(table: Table) -> Iterator[int]:
     """Yield the rows to skip, and the rows of means and other calculated figures."""
     entries, columns = {*map(str, table.chosen.skip)}, ["", *(column.letters for column in table.used)]
     if absent := entries - {f"{column}{row}" for row in table.body for column in columns}:
-        finding = f"skip has {listed(sorted(absent))}, which is neither a row nor a reading of the table."
+        finding = f"skip lists {listed(sorted(absent))}, which is neither a row nor a reading of the table."
         table.ask("skip", finding, "Correct skip. Rows are counted from 1.")
     for row in table.body:
         first = next(iter(table.part[row].values()))
@@ -173,7 +173,7 @@ def _has_readings(table: Table, row: int) -> bool:
 def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dict[float, dict[str, Reading]]:
     """Return the readings at each s, by the number of the repeat. Ask about rows without a position of their own.
 
-    ``stations`` has the cell that gives the position of each row.
+    ``stations`` contains the cell that gives the position of each row.
     """
     column, repeat = table.station or Column(0, Role.STATION), table.repeat
     by_s, nearest = dict[float, dict[str, Reading]](), dict[float, float]()
@@ -198,11 +198,11 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
             twice.append(name)
     numbers.report()
     if blank:
-        remedy = "If these are repeats of the place above, confirm it. Otherwise write a place into every row."
+        remedy = "If these are repeats of the position above, confirm it. Otherwise write a position into every row."
         answers = {CONFIRMS: ["repeats"], **skipping(table, blank)}
-        table.ask("place", f"{listed(blank)}: the readings have no place.", remedy, answers, blank, stops=True)
+        table.ask("place", f"{listed(blank)}: the readings have no position.", remedy, answers, blank, stops=True)
     if twice:
-        finding = f"the places in {listed(twice)} occur twice, or with the same number of a repeat."
+        finding = f"the positions in {listed(twice)} occur twice, or with the same number of a repeat."
         remedy = "Correct them, or name the column that numbers the repeats (repeat)."
         answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(table, twice)
         table.ask("twice", finding, remedy, answers, twice, stops=True)
@@ -235,20 +235,20 @@ def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCell
 
 
 def _declared_places(table: Table, numbers: list[float]) -> list[float]:
-    """Return the positions that the settings give for the station numbers. Returns the numbers if there are none."""
+    """Return the positions that the settings give for the station numbers, or the numbers if there are none."""
     places, count = table.chosen.places, len(numbers)
     if not isinstance(places, tuple) or count < 2:
         return numbers
     if len(places) not in (2, count):
-        finding = f"places has {len(places)} numbers, but {count} places have readings."
-        table.ask("places", finding, "Give the first and the last place, or all.")
+        finding = f"places has {len(places)} numbers, but {count} positions have readings."
+        table.ask("places", finding, "Give the first and the last position, or all.")
         return numbers
     return np.interp(numbers, numbers if len(places) == count else [numbers[0], numbers[-1]], places).tolist()
 
 
 def check_in_crack(table: Table, cells: ReadCells, length_mm: float | None, depth_mm: float | None) -> None:
     """Ask about positions outside the crack, (n,), and about impossible levels, (n, r)."""
-    # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
+    # The length is uncertain by about a millimetre, or by a fraction of it due to the scale, and the last station may
     # be at the crack's end. At the beginning the scale has no effect.
     end_mm = LONGEST_MM if length_mm is None else length_mm
     outside = np.flatnonzero((cells.s_mm < -SLACK_MM) | (cells.s_mm > end_mm + max(SLACK_MM, 0.03 * end_mm)))

@@ -57,11 +57,11 @@ class Column:
 
 @dataclass
 class Table:
-    """The table of readings in a sheet. If a question asks for a column, the most likely one is used meanwhile."""
+    """The table of readings in a sheet. If a question asks for a column, the most likely column is used meanwhile."""
 
     grid: Grid
     declared: Declared
-    span: tuple[range, range]  # Columns and rows of the part of the sheet that has the table
+    span: tuple[range, range]  # Columns and rows of the part of the sheet that contains the table
     part: Rows  # Cells of these columns, down to the last of these rows
     header: Header
     body: list[int]  # Rows with cells below the header
@@ -71,7 +71,7 @@ class Table:
     repeat: Column | None = None
     others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to have another role
     unclear: list[int] = field(default_factory=list[int])  # Columns that may be the answer to a question
-    stands_in: bool = False  # True if columns were chosen that no name and no setting gives
+    stands_in: bool = False  # True if columns were chosen although no name and no setting gives them
 
     @property
     def chosen(self) -> Columns:
@@ -99,7 +99,7 @@ class Table:
         *,
         stops: bool = False,
     ) -> None:
-        """Add a question about the sheet or one of its rows. With an answer ``as_written`` it is only a doubt."""
+        """Add a question about the sheet or one of its rows. If ``answers`` has ``as_written``, it is only a doubt."""
         self.doubts.append(Doubt(kind, self.grid.location(row), finding, remedy, answers or {}, tuple(cells), stops))
 
     def confirms(self, entry: str) -> bool:
@@ -115,7 +115,7 @@ class Table:
         return Column(index, role, parsed(self.header.names.get(index, "")).unit, self.what(index).quantity)
 
     def what(self, column: int) -> Meaning:
-        """Return what the name of a column says about unit and direction."""
+        """Return the role, unit and direction that a column's name states."""
         return meaning(self.header.names.get(column, "")) or Meaning(Role.OTHER)
 
     def named(self, columns: Sequence[int]) -> str:
@@ -129,7 +129,7 @@ def find_table(grid: Grid, declared: Declared) -> Table:
     Questions about the sheet are added to its doubts. If a column is unclear, the most likely one is used meanwhile, so
     that all other questions can be asked at the same time.
     """
-    # Without a range, or an end of it, all columns and rows
+    # Without a range, or without one of its ends, all columns and rows count
     left, top, right, bottom = SPAN.findall((declared.columns or Columns()).range or ":")[0]
     columns = range(max(0, column_of(left)), (column_of(right) if right else MAX_COLUMNS) + 1)
     rows = range(int(top or 1), int(bottom or MAX_FILE_ROWS) + 1)
@@ -149,20 +149,20 @@ def find_table(grid: Grid, declared: Declared) -> Table:
 
 
 def find_header(part: Rows, top: int) -> Header:
-    """Return the header of the table in a part of a sheet that begins at row ``top``. It may be above that row.
+    """Return the header of the table in a part of a sheet that begins at row ``top``. It may be above this row.
 
     Without names of columns, the header has no rows.
     """
     rows = [*part]
     start, end = bisect_left(rows, top), len(rows)
-    # A part without a header has that of the rows above it.
+    # A part without a header uses the header of the rows above it.
     for index in (*range(start, min(start + FIRST_ROWS, end)), *range(start - 1, -1, -1)):
         # Rows with units and with the numbers of repeats belong to the header above them.
         for count in range(MAX_ROWS, 0, -1):
             header = rows[index : index + count]
             if names := _names_if_header([part[row] for row in header]):
                 return Header(tuple(header), names, max(header[-1] + 1, top))
-    # Without known names, it is the rows of texts above the first row with numbers.
+    # Without known names, the header is the rows of texts above the first row with numbers.
     first = next((row for row in rows[start:] if _has_numbers(part[row])), rows[start] if start < end else top)
     above = reversed(range(first - MAX_ROWS, first))
     texts = takewhile(lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]), above)
@@ -215,7 +215,7 @@ def _has_numbers(cells: Mapping[int, Cell]) -> bool:
 
 @lru_cache(maxsize=50_000)
 def numeric(cell: Cell) -> tuple[str, str] | None:
-    """Return the number of a cell and the unit behind it, both as text. Returns None for any other cell."""
+    """Return the number of a cell and the unit after it, both as text. Returns None for any other cell."""
     if cell.kind == "number" or (cell.kind == "text" and number(cell.text) is not None):
         return cell.text, cell.unit
     match = QUANTITY.fullmatch(cell.text) if cell.kind == "text" else None
@@ -239,7 +239,7 @@ def _end_before_next_table(table: Table) -> None:
 
 
 def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
-    remedy = 'Name the cells of the table of this sample, such as "A2:D18", or sort mixed rows in a copy. '
+    remedy = 'Name the cells of the table of this sample, such as "A2:D18", or sort rows of several samples in a copy. '
     remedy += 'as_written = ["range"] confirms all texts outside.'
     table.ask("range", finding, remedy, {"columns.range": rows})
 
@@ -261,7 +261,8 @@ def _set_columns(table: Table) -> None:
     unknown = [column for column in numbers if column not in {*meanings, *stations, *readings, *repeats}]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
     if not readings and not unknown:
-        # A bare "Messung" has the readings, unless another column has them: then it counts repeats.
+        # A column named only "Messung" contains the readings, unless another column contains them. It then counts
+        # repeats.
         readings, repeats = repeats, []
     for column, what in meanings.items():
         if what.role is Role.SAMPLE:
@@ -298,7 +299,7 @@ def _problems(
     """Yield what is unclear about the columns, as parts of a sentence."""
     meanings = [*map(table.what, readings)]
     if len(stations) != 1 or {*stations} & {*readings}:
-        yield f"{table.named(stations) or 'no column'} is the place along the crack"
+        yield f"{table.named(stations) or 'no column'} gives the position along the crack"
     if not readings:
         yield "no column is named as a reading"
     if unknown:
@@ -307,9 +308,9 @@ def _problems(
         if len({(what.unit, what.quantity) for what in meanings}) > 1:
             yield f"{table.named(readings)} differ in unit or direction"
         if any(int(what.number or 0) > len(readings) for what in meanings):
-            yield f"{table.named(readings)} has a number that counts no repeats"
+            yield f"{table.named(readings)} has a number that is not the number of a repeat"
     if len(repeats) > 1 or (repeats and len(readings) > 1):
-        yield f"{table.named(repeats)} counts repeats by its name, beside other columns"
+        yield f"{table.named(repeats)} counts repeats by its name, as do other columns"
 
 
 def _stand_ins(
@@ -327,7 +328,7 @@ def _stand_ins(
     kinds = {column: (table.what(column).unit, table.what(column).quantity) for column in named}
     named = [column for column in named if kinds[column] == kinds[named[0]]]
     answers["columns.levels"] = [*map(letters, named)] or None
-    remedy = "Name the columns of places and readings by their letters. Transpose a table of rows in a copy."
+    remedy = "Name the columns of positions and readings by their letters. Transpose a table of rows in a copy."
     table.ask("columns", finding, remedy, answers)
     return stations, named or [column for column in likely if column not in stations]
 

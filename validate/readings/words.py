@@ -44,7 +44,7 @@ UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
 HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
 REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
-"""A mark, or a unit in brackets that is unknown or only a 1."""
+"""A special character, or a unit in brackets that is unknown or only a 1."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
@@ -52,7 +52,7 @@ AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 """The typographic minus, and the dash that word processors put in place of a hyphen."""
 OTHER_MARKS: dict[Decimal | None, str] = {"point": ",", "comma": "."}
-"""Mark that cannot occur in numbers with a decimal mark, by the decimal mark."""
+"""Mark that cannot occur in a number, by the number's decimal mark."""
 
 
 class Role(Enum):
@@ -82,7 +82,7 @@ class Name(NamedTuple):
 
     @property
     def has_rest(self) -> bool:
-        """True if the text has more than words, brackets and one number, or is relative, such as "rel. depth"."""
+        """True if the text has more than words, brackets and a number, or is relative, such as "rel. depth"."""
         words = {*WORD.findall(self.text)}
         is_more = not self.is_sound or len(re.findall("[0-9]+", self.text)) > 1 or REST.search(self.text)
         return bool(is_more or (words & RELATIVE and not words & FACE))

@@ -1,6 +1,7 @@
-"""Content of a report, chapter by chapter: figures, tables and text. The page has all of it, the PDF its pictures.
+"""Content of a report, chapter by chapter: figures, tables and text.
 
-The words are in templates/report_words.j2. A figure is a ``Plate`` with a caption in that file.
+The page shows all chapters, the PDF only their pictures. The words are in templates/report_words.j2. A figure is a
+``Plate`` with a caption in that file.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -241,7 +242,7 @@ SHOWN_HEALTH = (
     *("particles_across", "viscosity_m2_s", "viscosity_pa_s", "viscosity_added_m2_s", "reynolds", "bond", "bingham"),
     *("flat_mm", "to_rest_mm", "setup_s", "frames_s"),
 )
-"""Figures of a run's health that the page shows. report.json has all of them."""
+"""Figures of a run's health that the page shows. report.json contains all of them."""
 
 
 def comparison_tables(evidence: Evidence) -> Iterator[PageTable]:
@@ -278,7 +279,7 @@ def path_table(evidence: Evidence) -> PageTable:
 
 
 def health_table(health: RunHealth) -> PageTable:
-    """Return the table of those health figures that the page shows and the run recorded, in the run's order."""
+    """Return the table of the health figures that the page shows and the run recorded, in the run's order."""
     figures = []
     for key, value in health.recorded().items():
         if key in SHOWN_HEALTH and value is not None:

@@ -37,9 +37,9 @@ def first_caption(evidence: Evidence) -> str:
 
 
 def _where_off(evidence: Evidence) -> str:
-    """Return a sentence about where the level is off.
+    """Return a sentence about the largest error of the level. Returns "" without readings.
 
-    If the limit is missed, it says whether level or shape is wrong.
+    If the limit is exceeded, the sentence states instead whether the mean level or its shape is wrong.
     """
     m, readings = evidence.comparison, evidence.readings
     if m is None or readings is None:
@@ -52,7 +52,7 @@ def _where_off(evidence: Evidence) -> str:
 
 
 def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
-    """Return the reservations of the first page. All cautions after the first are shown below the page."""
+    """Return the warnings of the first page. All cautions after the first are shown below the page."""
     labels = [("Check first:", fault.text) for fault in faults(evidence)[:1]]
     if evidence.comparison is not None and not evidence.comparison.basis.enough_readings:
         labels.append(("Verdict:", evidence.comparison.headline[0].text))
@@ -100,9 +100,9 @@ def _tiles(evidence: Evidence) -> tuple[Tile, ...]:
 
 
 def _instead(m: Comparison) -> tuple[tuple[str, str, str], tuple[ErrorBar, ...]]:
-    """Return the simplest level without a simulation that is closer to the readings, or the simplest of all.
+    """Return the simplest baseline that is closer to the readings than the simulation, or the simplest of all.
 
-    The simplest level has the fewest fitted numbers. The bars are the errors of all these levels and of the simulation,
+    The simplest baseline has the fewest fitted numbers. The bars are the errors of all baselines and of the simulation,
     largest first.
     """
     nearer = [baseline for baseline in m.baselines if baseline.mean_error_mm <= m.mean_error_mm]
@@ -124,7 +124,7 @@ def _level_alone(evidence: Evidence) -> list[tuple[str, str, str]]:
 
 
 def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return the figure as a table: position, reading, its interval, simulated level and error at each station.
+    """Return the first figure as a table: position, reading, its interval, simulated level and error at each station.
 
     Without readings the table is empty. A station beyond the compared stretch has no error.
     """

@@ -57,7 +57,7 @@ def headline(evidence: Evidence) -> tuple[Facts, Outcome]:
 
 
 def predicted(prediction: PredictedLevel | None) -> Fact:
-    """Return the fact that states the prediction. Without one, it states that there are no readings."""
+    """Return a fact with the prediction or, if there is none, the fact that there are no readings."""
     if prediction is None:
         return stated("verdict.no-readings")
     others = other_levels(prediction)
@@ -153,13 +153,13 @@ def _included(uncertainty: ErrorUncertainty) -> Facts:
         *uncertainty.budget.notes,
         *(() if uncertainty.budget.scatter_known else (doubted("uncertainty.scatter"),)),
         *(() if draws is None else (stated("uncertainty.draws", draws.runs),)),
-        # The intervals of the error are by the readings alone; the inputs are part of u_val.
+        # The intervals of the error are due to the readings alone. The inputs are part of u_val.
         *_inputs(uncertainty.inputs_left_out, () if draws is None else draws.unfit, "u_val"),
     )
 
 
 def prediction_facts(p: PredictedLevel) -> Facts:
-    """Return facts about the parts of a prediction's band, and about what it does not include."""
+    """Return facts about the parts of a prediction's band, and about the errors that the band does not include."""
     causes = list(dict.fromkeys(f"the {part.name}" if part.kind == "model" else part.kind for part in p.parts))
     facts = [stated("uncertainty.band", float(np.median(p.band_95_mm)), "mm", p=p, causes=causes)]
     if p.numerics_mm is None:
@@ -180,7 +180,10 @@ def _inputs(left_out: Sequence[str], unfit: Sequence[Fact], whole: str, missing:
 
 
 def stretches_off(stations: StationErrors) -> str:
-    """Return a sentence about stretches of stations outside the band on the same side, worst first. It may be empty."""
+    """Return a sentence about stretches of stations outside the band on the same side, worst first.
+
+    Returns "" if there are no such stretches.
+    """
     stretches, errors_mm = [], np.where(stations.off, stations.error_mm, 0.0)
     for side, group in groupby(range(len(errors_mm)), np.sign(errors_mm).tolist().__getitem__):
         part = [*group]
@@ -247,7 +250,7 @@ def _angles(evidence: Evidence) -> str:
 
 
 def walls(evidence: Evidence) -> str:
-    """Return a sentence about the width that the photo contradicts or does not show, if the walls flare or undercut."""
+    """Return a sentence about the width that the photo does not show if the walls flare or undercut, otherwise ""."""
     solid = evidence.solid
     widths_mm = {"flare": solid.figures.mouth_width_mm, "undercut": solid.figures.floor_width_mm}
     if widths_mm.get(solid.tilt) is None:

@@ -26,7 +26,7 @@ CURVES = 1_000  # Number of draws for the mean error, since its interval needs a
 FEW_STATIONS = 200
 SHARE = 0.95
 UNDECLARED_MM = 0.2  # Size in mm that the table of undeclared errors assumes
-STEPS = "steps of the bed between few stations"
+STEPS = "steps of the level between few stations"
 
 Kind = Literal["readings", "numerics", "inputs", "model"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
@@ -49,7 +49,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Curve:
-    """An error along the crack: positions x, simulated minus measured level, influence of each station's level."""
+    """An error along the crack: positions x, simulated minus measured level, and the weights of the stations."""
 
     x: Floats
     error_mm: Floats
@@ -69,7 +69,7 @@ class Curve:
         return cls(fine, np.interp(fine, x, error_mm), linear_weights(fine, s_mm), parabola_weights(fine, s_mm))
 
     def weights(self, sign: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the weights, in the mean over x, of the levels at stations and of the heights between them.
+        """Return the weights in the mean over x: of the levels at stations, (n,), and of the heights between, (n - 1,).
 
         ``sign`` is the sign of each piece of the curve.
         """
@@ -91,7 +91,7 @@ class Budget:
     notes: Facts = ()  # Features of the readings
     steps_mm: float = 0.0
     """Change of the mean error, up or down, due to steps of the sealant's level between few stations. It is not an
-    error of a level."""
+    error of the level itself."""
 
     def only(self, keep: Callable[[Component], bool]) -> "Budget":
         return replace(self, components=tuple(component for component in self.components if keep(component)))
@@ -126,7 +126,7 @@ class Budget:
 
     @cached_property
     def between_mm(self) -> Floats:
-        """Draws of the straight line's height above the sealant between two stations, (draws, n - 1)."""
+        """Draws of the height of the straight line between two stations above the sealant, (draws, n - 1)."""
         start = np.zeros((self.draws, self.stations - 1))
         return sum((component.draws_mm for component in self.components if component.between), start=start)
 
@@ -148,7 +148,7 @@ class Budget:
     def profile_band_mm(self) -> Floats:
         """Half-width of the band that contains the levels at all stations in 95 % of cases, (n,).
 
-        It is the band of single stations, multiplied by one factor: the 95 % quantile of the largest ratio (max-t,
+        This is the band of single stations, multiplied by one factor: the 95 % quantile of the largest ratio (max-t,
         Montiel Olea & Plagborg-Møller 2019, J. Appl. Econom. 34:1).
         """
         positive = self.band_mm > 0
@@ -186,7 +186,7 @@ class Budget:
 
         x, mean_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
         off_mm = self.along_mm(curve)
-        # The bed between stations is assumed straight, as in the mean error.
+        # The measured level between stations is assumed straight, as in the mean error.
         middle_mm = curve.hat @ np.median(self.at_stations_mm, axis=0)
         off_mm, likely = off_mm - middle_mm, curve.error_mm + middle_mm
         likely_mm = float(mean_absolute(x, likely))
@@ -233,7 +233,7 @@ class Budget:
         return BudgetSummary(parts=parts, missing=missing, scatter_known=self.scatter_known, notes=notes)
 
     def _allowed(self, component: Component, curve: Curve) -> Fact:
-        """Return the doubt about an undeclared error that the data cannot exclude."""
+        """Return a warning about an undeclared error that the data cannot exclude."""
         with_it, without = (
             budget.mean_mm(curve.weights())
             for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not component))
@@ -277,7 +277,7 @@ def uniforms(name: str, columns: int, draws: int = DRAWS) -> Floats:
 
 
 def chi_squared(share: float | Floats, freedom: float) -> Any:
-    """Return quantiles of a chi-squared distribution. ``scipy.stats`` has them too, but takes 0.5 s to import."""
+    """Return quantiles of a chi-squared distribution. ``scipy.stats`` also contains them, but takes 0.5 s to import."""
     from scipy.special import gammaincinv
 
     return 2 * gammaincinv(freedom / 2, share)

@@ -17,7 +17,7 @@ from validate.intervals import InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, chi_squared, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
-RUNS = 1_000  # Number of runs, which give a standard deviation to 2 %
+RUNS = 1_000  # Number of runs of the fast model. They determine a standard deviation to 2 %.
 Z_95 = 1.96
 """Half-width of a 95 % band, in standard deviations. The variance of the band is averaged over the positions along the
 crack. About 50 of these are independent in a run, so two runs determine the variance."""
@@ -53,7 +53,7 @@ class Inputs:
     standards: Mapping[str, float]  # Declared standard uncertainty of each input, by its name in [uncertainty]
     straight_mm: Floats  # (n, k): change of the level if an input is increased by its uncertainty
     curved_mm: Floats  # (n, k): further change, equal for an increased and a reduced input; 0 for particles
-    together_mm: Floats  # (draws, k): change by interactions of the inputs, without draws for particles
+    together_mm: Floats  # (draws, k): change due to interactions of the inputs; (0, k) for particles
 
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
         """Return the effects at ``s_mm``, interpolated from ``known_mm``."""
@@ -68,7 +68,7 @@ class Inputs:
             draws_mm = z * straight_mm + z**2 * curved_mm
             components.append(self._component(LABELS["inputs"][name][0], draws_mm, f"uncertainty.{name}"))
         if runs := len(self.together_mm):
-            # Shuffled, so that these runs are independent of the draws of single inputs.
+            # The runs are shuffled, so that they are independent of the draws of single inputs.
             order = np.random.default_rng(stations).permutation(np.arange(draws_for(stations)) % runs)
             components.append(self._component("inputs together", self.together_mm[order], ""))
         return components
@@ -80,7 +80,8 @@ class Inputs:
     def reported(self, x: Floats) -> tuple[tuple[InputEffect, ...], float]:
         """Return each effect on the mean level over x, and the fraction of the variance that is due to interactions.
 
-        For a standard normal z, the variance of a z + b z^2 is a^2 + 2 b^2.
+        For a standard normal z, the variance of a z + b z^2 is a^2 + 2 b^2, with a the straight and b the curved part
+        of an effect.
         """
         straight, curved, together = (
             np.trapezoid(levels_mm, x) / (x[-1] - x[0])
@@ -128,8 +129,8 @@ class InputDraws:
 
 
 ORDERS = np.linspace(0.5, 2.0, 61)
-"""Allowed orders of convergence. Below the lowest one, an error over so few sizes looks constant. The highest one is
-the order of the best part of the scheme (Oberkampf & Roy 2010, 8.6.4)."""
+"""Allowed orders of convergence. Below the lowest order, an error would look constant over so few sizes. The highest
+order is that of the scheme's best part (Oberkampf & Roy 2010, 8.6.4)."""
 MIN_RUNS = 2  # Smallest number of runs at a size, since a single run shows no scatter
 ROUNDING_MM2 = 1e-12  # Square of a residual due to rounding
 
@@ -161,7 +162,7 @@ class Replicates:
     def size_errors(self, draws: int) -> Floats:
         """Return draws of the discretisation error at the middle size, (draws, k).
 
-        For a given p, they follow Student's t distribution, with the covariance that the k results have in the
+        For a given p, the draws follow Student's t distribution, with the covariance that the k results have in the
         residuals.
         """
         error, squares, lack = self._fits(self.orders(draws))
@@ -214,7 +215,7 @@ class Replicates:
 
 
 def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) -> SizeSeries:
-    """Return the record of one result at three particle sizes. ``values`` has the result of each run at each size."""
+    """Return the record of one result at three particle sizes. ``values`` are the runs' results, by size."""
     replicates = Replicates(radii_mm, [np.array(runs)[:, None] for runs in values])
     draws = draws_for(1)
     low, high = np.quantile(replicates.orders(draws), (0.025, 0.975))
@@ -288,16 +289,16 @@ class Spread:
     sizes: tuple[SizeRuns, SizeRuns, SizeRuns] | None
     """Runs at three particle sizes: finer, the trial's size (the trial's run comes first) and coarser. None for the
     fast model."""
-    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
+    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, computed with particles
     effect_scatter_mm: float | None
     """Standard deviation of an effect due to the scatter of single runs. None if it was not computed."""
-    design_radius_mm: float | None  # Particle radius in the runs that gave the effects. None without such runs.
-    draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
+    design_radius_mm: float | None  # Particle radius in the runs that gave the effects. None if there are no such runs.
+    draws: InputDraws | None = None  # Runs of the fast model with varied inputs, used instead of ``effects``
     fast_mm: Numbers | None = None
     """Level computed by the fast model at ``s_mm``. None if that model is not valid here, or if it computed the trial's
     level."""
     unfit: Facts = ()  # Reasons why the fast model is not valid for the case
-    mean_of: int = 1  # Number of runs whose mean is the level. It is a setting of the trial, not in the file.
+    mean_of: int = 1  # Number of runs whose mean is the level. Not in the file, since it is a setting of the trial.
 
     def __post_init__(self) -> None:
         """Raise InputError if runs of one size are copies of each other."""
@@ -306,7 +307,7 @@ class Spread:
             require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
 
     def at(self, s_mm: Floats) -> Replicates | None:
-        """Return the levels of the runs at each size, interpolated at ``s_mm``. Returns None without such runs."""
+        """Return the levels of the runs at each size, interpolated at ``s_mm``. Returns None if there are none."""
         if self.sizes is None:
             return None
         levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
@@ -330,7 +331,7 @@ class Spread:
         return Inputs("particles", standards, levels_mm, 0 * levels_mm, levels_mm[:0]).at(self.s_mm, s_mm)
 
     def content(self) -> dict[str, Any]:
-        """Return this spread as a dict that can be written to JSON. ``of`` reads it back."""
+        """Return this spread as a dict that can be written to JSON. ``of`` reads the dict back."""
         content = asdict(self)
         del content["mean_of"]
         return {"version": 3, **content}
@@ -364,7 +365,7 @@ def further_run_mm2(levels_mm: Floats, mean_of: int) -> float:
 def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: str) -> None:
     """Raise InputError if two runs with different seeds have bit-identical levels.
 
-    ``names`` has the name of each level's run. The message begins with ``where``.
+    ``names`` contains the name of each level's run. The message begins with ``where``.
     """
     for (name, level_mm), (other, other_mm) in combinations(zip(names, levels_mm, strict=True), 2):
         if np.array_equal(level_mm, other_mm):

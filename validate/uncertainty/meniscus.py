@@ -1,7 +1,7 @@
 """Meniscus of a sealant that wets the walls: its level in the middle of the crack is below its mean level.
 
-Simulations ignore surface tension and give the mean level, but a caliper reads the middle. Both differ by the sag that
-this module computes.
+Simulations ignore surface tension and give the mean level, but a caliper reads the middle. The two differ by the sag,
+which this module computes.
 """
 
 from dataclasses import dataclass

@@ -36,13 +36,13 @@ FEWEST_LEVELS = 5
 """Smallest number of different levels that identifies a step. By chance, this number of levels are all multiples of
 0.05 mm in one of 600 sheets."""
 ARCH_RATIO = 2.4
-"""Largest arch between two stations, divided by the arch of a parabola with their curvature. The smallest is 0. For a
-level with a corner, the ratio is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on
-average."""
+"""Largest arch (deviation of the level from the line between two stations), divided by the arch of a parabola with the
+curvature at the stations. The smallest ratio is 0. For a level with a corner, the ratio is 0 if the corner is at a
+station, 2 if it is in the middle of a gap, and 1 on average."""
 
 STATIONS_FOR_STEPS = 12
-"""Smallest number of stations that resolves steps of the level. With parabolas alone, the interval of the mean error
-contains the true value in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5."""
+"""Smallest number of stations that resolves steps of the level. Without an allowance for steps, the interval of the
+mean error contains the true value in 94 % of trials with 12 stations, 85 % with 10 and 50 % with 5."""
 STEP = 1 / 8
 """Mean distance of the level from the line between two stations, divided by a step between them. It is 1/4 if the step
 is sharp, in the middle and equal to the whole difference in height, and half of that on average."""
@@ -137,18 +137,19 @@ def resolution_of(repeats_mm: Floats) -> float:
 def _arches(s_mm: Floats, level_mm: Floats) -> Component:
     """Draw the height of the straight line above the sealant, in the middle between two stations.
 
-    The level has a curvature at each station. A random part of it (``ARCH_RATIO``) is drawn for the neighbouring gaps.
+    The level has a curvature at each station. Each draw applies a random multiple of it, from 0 to ``ARCH_RATIO``, to
+    the neighbouring gaps.
     """
     gap_mm = np.diff(s_mm)
     turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
     curvature = np.pad(turn, 1, mode="edge") if len(turn) else np.zeros(len(s_mm))
     drawn = curvature * ARCH_RATIO * uniforms("arch", len(s_mm), draws_for(len(s_mm)))
     draws_mm = (drawn[:, :-1] + drawn[:, 1:]) / 2 * gap_mm**2 / 8
-    return Component("the bed's shape between stations", "assumed", draws_mm, shared=True, between=True)
+    return Component("the level's shape between stations", "assumed", draws_mm, shared=True, between=True)
 
 
 def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
-    """Return the mean distance along the crack between the sealant and the line through few stations, due to steps.
+    """Return the distance between sealant and line through few stations due to steps, averaged along the crack.
 
     A gap with a step has a slope that differs from the slope of a neighbouring gap. By the triangle inequality, the
     mean of |error| changes by at most this distance. The mean level need not change.
@@ -158,12 +159,12 @@ def _steps_mm(s_mm: Floats, level_mm: Floats) -> float:
     gap_mm = np.diff(s_mm)
     unlike = np.abs(np.diff(np.diff(level_mm) / gap_mm))
     unlike = np.maximum(np.append(unlike, 0.0), np.append(0.0, unlike))
-    # To a micrometre: a straight bed has none.
+    # Rounded to a micrometre, so that a straight level gives 0.
     return round(float(STEP * gap_mm @ (unlike * gap_mm) / np.ptp(s_mm)), 3)
 
 
 def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans, float]:
-    """Return which readings are outliers of their station, and the robust standard deviation in mm.
+    """Return which readings are outliers of their station, (n, r), and the robust standard deviation in mm.
 
     A station has at most one outlier, because two outliers count as its scatter. The scatter is at least the rounding
     error of the last digit, even if most repeats are equal.
@@ -178,7 +179,8 @@ def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[Booleans,
 
 
 ALIKE_MM = 15.0
-"""Correlation length, in mm, of an error that all repeats share: the length over which a level rises and falls."""
+"""Correlation length, in mm, of an error that is the same for all repeats: the length over which a level rises and
+falls."""
 SLOPE_ERROR = 0.8
 """Standard deviation of the slope at a station, divided by the mean change of slope at the station and its neighbours.
 With this value, bands for tips of 2 to 4 mm contain 94 to 99 % of stations."""
@@ -208,7 +210,8 @@ def _hidden_errors(
         size_mm = USUAL_SIZES.get(name, UNDECLARED_MM) if value is None else value
         (missing if value is None else present).append(_error(name, size_mm, measured.s_mm, height_mm))
     if settings.rounding != "nearest":
-        # The error of the last digit is the rest of the rounding. Toward zero, a level at the datum stays.
+        # The error of the last digit covers the rest of the rounding. Rounding toward zero leaves a level at the datum
+        # unchanged.
         toward = {"down": 1.0 if measured.is_depth else -1.0, "toward_zero": -np.sign(height_mm)}
         shift_mm = step_mm / 2 * toward[settings.rounding] if settings.rounding else UNDECLARED_MM
         draws_mm = shift_mm * np.ones((draws_for(stations), stations))
@@ -223,7 +226,7 @@ def _hidden_errors(
 def _slopes(s_mm: Floats, level_mm: Floats) -> tuple[Floats, Floats, Floats]:
     """Return at each station the slope on the steeper side, the mean of both slopes, and the change of slope.
 
-    They are (n,) each. The change of slope is averaged over the station and its neighbours.
+    All three are (n,). The change of slope is averaged over the station and its neighbours.
     """
     slope = np.diff(level_mm) / np.diff(s_mm)
     sides = np.array([np.append(slope[0], slope), np.append(slope, slope[-1])])
@@ -245,13 +248,13 @@ def _error(name: str, size_mm: float, s_mm: Floats, height_mm: Floats) -> Compon
         case "readings.limit_mm":
             label, draws_mm = f"scale of a gauge that is {size_mm:.0%} off", size_mm * common * height_mm
         case "readings.probe_mm":
-            # A probe reads the highest point below it. Its half meets slopes that stations do not show.
+            # A probe reads the highest point below it. Half of its width meets slopes that the stations do not show.
             label = f"width of a probe of {size_mm:g} mm on a slope"
             draws_mm = size_mm / 2 * np.abs(mean_slope + SLOPE_ERROR * turn * independent)
         case "uncertainty.station_mm":
             label, draws_mm = "common shift of the stations", slope * size_mm * common
         case "uncertainty.station_each_mm":
-            # The slope itself is uncertain, by stations out of place.
+            # The slope itself is uncertain, due to errors in the stations' positions.
             label = "place of each station"
             unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
             draws_mm = slope * unsure * size_mm * independent
@@ -277,8 +280,7 @@ UNEVEN = 0.5
 spread of logarithms (Röver et al. 2021, Res. Synth. Methods 12:448). At 0.5, two stations in three are within a factor
 of 1.65 of the middle one, and three times 0.5 is hardly possible."""
 SPREADS = np.arange(0.025, 3 * UNEVEN, 0.05)
-"""Grid of the spread of ln(scatter). Only 0.3 % of the prior are beyond it, and a dozen stations do not resolve
-0.05."""
+"""Grid of the spread of ln(scatter). Only 0.3 % of the prior is beyond it, and a dozen stations do not resolve 0.05."""
 LEVEL_GRID = np.arange(-5.0, 10.5, 0.5)
 """Grid for the logarithm of the scatter, in standard deviations from its most likely value. It extends further upward
 because the distribution has a long upper tail if there are few repeats."""
@@ -299,7 +301,7 @@ def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS
     chance = _log_chance(level_mm2[:, :, None], behind[:, :, None], squares_mm2, freedom)
     chance += np.log(width)[:, None] - (SPREADS[:, None] / UNEVEN) ** 2 / 2
     chance = np.exp(chance - chance.max())
-    # A seed of its own keeps these draws independent of the errors that are drawn with these scatters.
+    # A separate seed keeps these draws independent of the errors that are drawn with these scatters.
     random = np.random.default_rng(3)
     drawn = random.choice(chance.size, draws, p=chance.ravel() / chance.sum())
     spread, level = np.divmod(drawn, len(LEVEL_GRID))
@@ -317,7 +319,7 @@ def _log_chance(level_mm2: Floats, behind: Floats, squares_mm2: Floats, freedom:
 
 
 def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
-    """Return for each spread the log of the most likely level of the variances, and the width of its peak."""
+    """Return the log of the most likely overall size of the variances, and its peak's width, by spread, (k,) each."""
     behind = _freedoms_behind()
     log_level = np.full(len(behind), np.log(squares_mm2.sum() / freedom.sum()))
     curve = np.ones(len(behind))

@@ -1,4 +1,4 @@
-"""Conclusions from the errors of a level: by ASME V&V 20 (2009) with readings, and the band of a prediction without."""
+"""Conclusions about a level: according to ASME V&V 20 (2009) with readings, or the band of a prediction without."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -61,7 +61,7 @@ def level_findings(
     """
     value_mm = None if screening or mean.resolved is None else mean.error_mm
     terms = {"mean": mean, "coverage": COVERAGE, "calibrated": calibrated, "screening": screening}
-    # Many stations are many tests, so a station counts as off outside the band of all stations together.
+    # Many stations are many tests, so a station counts as off only outside the band of all stations together.
     of_stations = stated(
         "validation.stations",
         int(stations.off.sum()),
@@ -83,10 +83,10 @@ def _included(mean: MeanLevelBudget) -> str:
     return " and ".join(parts if mean.inputs_mm is None else [*parts, "some inputs"]) + " alone"
 
 
-# Two models of the same paste differ most at the ends of the path. Where the nozzle stops a mound of up to 4 tau / rho
-# g stays, and where it starts paste creeps back. Two computations of the same physics differ there by as much as the
-# mound, and by a quarter of it elsewhere, since the volume is the same. Sizes are from particles against a continuum
-# model on pours that were not used to test the bands.
+# Two models of the same paste differ most at the ends of the path. Where the nozzle stops, a mound of up to 4 tau / rho
+# g remains (tau is the yield stress, rho the density, g gravity), and where it starts, paste creeps back. Two
+# computations of the same physics differ there by as much as the mound, and by a quarter of it elsewhere, since the
+# volume is the same. Sizes are from particles against a continuum model on pours that were not used to test the bands.
 LAST, FIRST = 0.7, 0.35  # Standard deviation of the level at the path's ends, divided by the mound's height
 REACH_MM = 6.0  # Distance from the path's ends over which the standard deviation falls to 1/e
 MOUND = 4.0  # Height of a mound, divided by tau / rho g
@@ -102,7 +102,7 @@ class BedEnds:
 
     @classmethod
     def of(cls, trajectory: Trajectory, run: Run) -> "BedEnds | None":
-        """Return the ends of a run's path. Returns None for a fluid without a yield stress, which levels out."""
+        """Return the ends of a run's path. Returns None for a fluid without a yield stress, which becomes flat."""
         stress_pa, density_kg_m3 = run.health.yield_stress_pa, run.density_kg_m3
         if not stress_pa or density_kg_m3 is None or trajectory.dispensed_mm3 <= 0:
             return None
@@ -111,13 +111,13 @@ class BedEnds:
         return cls(float(places_mm[0]), float(places_mm[-1]), MOUND * held_mm)
 
     def errors(self, s_mm: Floats) -> Component:
-        """Return the error at positions along the whole crack. Its mean over them is 0, because no volume is gained."""
+        """Return the error at positions along the whole crack. Its mean is 0, because volume is conserved."""
         draws = normals("ends of the bed", 2, draws_for(len(s_mm)))
         total = np.zeros((len(draws), len(s_mm)))
         for z, place_mm, share in zip(draws.T, (self.first_mm, self.last_mm), (FIRST, LAST), strict=True):
             shape = np.exp(-np.abs(s_mm - place_mm) / REACH_MM)
             total += np.outer(z, share * self.mound_mm * (shape - shape.mean()))
-        return Component("bed at the ends of the path", "assumed", total, shared=True, kind="model")
+        return Component("level at the ends of the path", "assumed", total, shared=True, kind="model")
 
 
 PLACES = 101  # Number of positions of the band. More than 250 would get fewer draws.
@@ -133,7 +133,7 @@ def predict(
     mouth: Mouth | None = None,
     flat: Profile | None = None,
 ) -> PredictedLevel:
-    """Return the band of a simulated level that follows from extra runs. It is consistent with ``error_uncertainty``.
+    """Return a simulated level with the band that follows from extra runs, consistent with ``error_uncertainty``.
 
     ``volume_level_mm`` is the change of level due to volume that the numerics gained. None if it is unknown. ``ends``
     adds the error of the model at the path's ends. A comparison does not include this error, because it is what a
@@ -149,7 +149,7 @@ def predict(
     if spread.fast_mm is not None:
         fast_mm = np.interp(s_mm, spread.s_mm, spread.fast_mm)
         half_mm = normals("two models", 1, draws_for(PLACES)) * (fast_mm - level_mm) / 2
-        name = "half of the difference of particles and fast model"
+        name = "half of the difference between particles and fast model"
         of_model.append(Component(name, "computed", half_mm, shared=True, kind="model"))
     tension_n_m = declared.surface_tension_n_m
     if mouth is not None and (meniscus := mouth.meniscus(s_mm, level_mm, tension_n_m, "model")) is not None:

@@ -79,7 +79,7 @@ def test_a_missed_limit_is_explained_by_offset_or_shape_with_a_remedy(evidence):
             lambda s_mm: np.where(np.abs(s_mm - 12.5) < 1.0, -3.0, 0.0),
             r"2\.5 mm too low, between readings; at a reading it is off by at most 0\.5 mm",
         ),
-        (lambda s_mm: 0 * s_mm - 0.5, r"^It meets every reading\.$"),
+        (lambda s_mm: 0 * s_mm - 0.5, r"^The line meets every reading\.$"),
     ],
     ids=["at a reading", "between", "nowhere"],
 )
