@@ -52,11 +52,11 @@ def mask_png(outline: Outline, name: str) -> bytes:
 
 
 def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
-    """Return COCO's images and annotations of cracks.
+    """Return images and annotations of cracks as a dict in COCO's format.
 
-    ``labelled`` has the file name of the photo and the outline of each crack. As in COCO, pixel coordinates count from
+    ``labelled`` is the file name of the photo and the outline for each crack. As in COCO, pixel coordinates count from
     the corner of the first pixel. A crack with an island is stored as run lengths, since COCO's polygons cannot have
-    holes.
+    holes. Raises InputError if a crack has no mask.
     """
     images, annotations = list[dict[str, Any]](), list[dict[str, Any]]()
     for number, (name, outline) in enumerate(labelled, start=1):
@@ -80,9 +80,9 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
 
 
 def run_lengths(mask: Booleans) -> dict[str, Any]:
-    """Return COCO's uncompressed code of a mask: lengths of runs down the columns.
+    """Return a mask in COCO's uncompressed format: the lengths of runs of equal pixels, column by column.
 
-    The first run is outside the mask.
+    The first run is outside the mask, and its length may be 0.
     """
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat, prepend=False))
@@ -90,7 +90,7 @@ def run_lengths(mask: Booleans) -> dict[str, Any]:
 
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
-    """Return a DXF (R2010) drawing in mm. x and y are those of the outline, and z = 0 is the face.
+    """Return a DXF (R2010) drawing in mm, in the coordinates of the outline. z = 0 is the face.
 
     The nozzle path is a polyline in space.
     """

@@ -1,6 +1,7 @@
 """Find the outline of paste in a photo on the printed marker sheet, and measure a round blob or a straight bead.
 
-A blob has area, mean radius and roundness. A bead has length, width, and the distance of its paste from its edge.
+A blob is measured by radius and roundness. A bead is measured by length, width, and the distance of its points from the
+edge.
 """
 
 from dataclasses import dataclass
@@ -24,22 +25,22 @@ from sealtwin.core.facts import Facts
 from sealtwin.core.records import Booleans, Floats
 
 POINTS = 360  # Number of points of an outline
-REACH = 0.06  # Distance from the edge at which the light beside it is measured, over half the paste's width
-MIN_HALF_PX = 40.0  # Least half width: below it, half a pixel of the edge is over 6 % of the yield stress
-MIN_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
-MAX_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate, or a cone pulled to a side
-MIN_SEEN = 0.95  # Smallest share of the edge that must be visible
-EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or at its wet rim
+REACH = 0.06  # Distance from the edge at which the light beside it is measured, as a fraction of half the paste's width
+MIN_HALF_PX = 40.0  # Minimum half width. Below it, an edge error of 0.5 px changes the yield stress by over 6 %
+MIN_CONTRAST = 0.06  # Minimum change of light across the edge, relative to the sheet. Blurred grain has 1/5 of it
+MAX_UNROUND = 0.10  # Largest RMS deviation from a circle, divided by the mean radius. A sloped plate causes more
+MIN_SEEN = 0.95  # Minimum fraction of the edge that must be visible
+EDGE_PX = 0.5  # Standard uncertainty of the whole edge's position, from blur and a wet rim
 # Constants of the measurement of a bead.
-SMOOTH = 5  # Number of rays over which the outline is averaged: its grain would shorten all distances to the edge
-MIDDLE = 0.25  # Share of the length, around the middle, that shows the width of the bead; its ends do not
-MAX_OF_IT = 0.7  # Share of the length over which the middle line must be straight
+SMOOTH = 5  # Number of points over which the outline is averaged. Its grain would shorten all distances to the edge
+MIDDLE = 0.25  # Fraction of the length, around the middle, over which the width of the bead is measured
+MAX_OF_IT = 0.7  # Fraction of the length, around the middle, over which the middle line must be straight
 SLABS = 41  # Number of slabs across that part of the length
 SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
 CELLS = 800  # Cells of the raster along the square root of the bead's area
-MIN_LONG = 1.4  # Least ratio of length to width: below it there is no middle between the ends
-MAX_UNEVEN = 0.12  # Largest RMS of the middle's width over its mean; a bead with more has buckled or broken
-BEND = 0.05  # Largest distance of the bead's middle line from a straight line, over the length
+MIN_LONG = 1.4  # Minimum ratio of length to width. A shorter bead has no middle between its ends
+MAX_UNEVEN = 0.12  # Largest relative standard deviation of the width in the middle. Buckled or broken beads have more
+BEND = 0.05  # Largest sideways range of the bead's middle line, as a fraction of the length
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ class SpreadBlob:
 
     radius_mm: float  # Radius of the circle of equal area
     radius_error_mm: float  # Standard uncertainty, from scale, edge and shape
-    unround: float  # Standard deviation of the outline's distance from the middle, over its mean
-    # Least and largest distance of two parallel lines that touch the blob on both sides
+    unround: float  # Standard deviation of the outline's distance from the middle, divided by the mean distance
+    # Smallest and largest width of the blob over all directions
     diameters_mm: tuple[float, float]
     warnings: Facts
 
@@ -70,7 +71,7 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
         )
     ways = np.radians(np.arange(0, 180, 2.0))
     wide_mm = np.ptp(outline_mm @ np.array([np.cos(ways), np.sin(ways)]), axis=0)
-    # The circle of its area and that of its mean radius differ by half the square of unround.
+    # The radius of the circle of equal area and the mean radius differ by about half the square of unround.
     of_scale_mm, of_shape_mm = (photo.scale_uncertainty or 0.0) * radius_mm, unround**2 * radius_mm
     error_mm = float(np.linalg.norm([of_scale_mm, EDGE_PX * photo.mm_per_px, of_shape_mm]))
     return SpreadBlob(radius_mm, error_mm, unround, (float(wide_mm.min()), float(wide_mm.max())), photo.warnings)
@@ -79,7 +80,7 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
 def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
     """Return the photo, and the outline of the paste between the markers, (POINTS, 2) in px.
 
-    Raises InputError if no edge is found.
+    Raises InputError if the scale is not from markers, or if no edge is found.
     """
     photo = load_photo(settings, folder)
     if photo.scale_uncertainty is None:
@@ -94,7 +95,7 @@ def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
 
 
 def _opening(photo: Photo) -> Booleans:
-    """Return the mask of the sheet's free field: the opening of the frame, less a margin."""
+    """Return a mask of the opening of the marker frame, without a margin. Raises InputError if it is too small."""
     # The cutting line is just inside the opening.
     margin_mm = max(3 * photo.mm_per_px, 1.0)
     x_min, y_min, x_max, y_max = present(photo.face_mm, "the face of a marker sheet")
@@ -109,16 +110,16 @@ def _opening(photo: Photo) -> Booleans:
 
 
 def _levelled(brightness: Map, inside: Booleans) -> Map:
-    """Return the brightness, divided by the light on the sheet.
+    """Return the brightness divided by the light on the sheet.
 
-    The logarithm of that light is a plane, fitted to the rim of the field.
+    The logarithm of the light is approximated by a plane that is fitted to the rim of the opening.
     """
     distance = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 3)
     y, x = np.nonzero(inside & (distance < 0.06 * float(distance.max()) + 2))
     light = np.log(np.maximum(blurred(brightness, 1.0)[y, x], 1e-4)).astype(float)
     height, width = brightness.shape
     axes = np.column_stack([np.ones(len(x)), x / width, y / height])
-    # A shadow or a splash on the rim hardly counts.
+    # The robust loss reduces the weight of a shadow or a splash on the rim.
     plane = least_squares(lambda plane: axes @ plane - light, np.zeros(3), loss="cauchy", f_scale=0.02).x
     along, down = np.arange(width) / width, np.arange(height)[:, None] / height
     return np.asarray(brightness / np.exp(plane[0] + plane[1] * along + plane[2] * down), np.float32)
@@ -132,7 +133,7 @@ def _blob(light: Map, inside: Booleans, file: Path) -> tuple[Booleans, bool]:
         if (high := float(np.quantile(unlike[inside], 0.99))) < MIN_CONTRAST:
             continue
         opened = cv2.morphologyEx(((unlike > high / 2) & inside).astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5)))
-        # Glints inside it are part of the paste.
+        # Glints inside the blob are part of the paste.
         labels = np.asarray(label(ndimage.binary_fill_holes(opened)))
         if len(areas := np.bincount(labels.ravel())[1:]):
             blobs.append((int(areas.max()), labels == 1 + areas.argmax(), dark))
@@ -145,7 +146,7 @@ def _blob(light: Map, inside: Booleans, file: Path) -> tuple[Booleans, bool]:
 
 
 def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) -> Floats:
-    """Return the outline, (POINTS, 2) in px, along which the contrast between paste and nearby sheet is half.
+    """Return the outline, (POINTS, 2) in px: the line at half of the contrast between paste and nearby sheet.
 
     Raises InputError if the paste is too small in the photo, or if its edge is hidden.
     """
@@ -181,7 +182,7 @@ class BeadOutline:
     width_mm: float  # Width in the middle of the bead
     tips_mm: Floats  # Both ends on the sheet, (2, 2)
     scale_error: float  # Relative standard uncertainty of all lengths
-    edge_error_mm: float  # Standard uncertainty of the edge's position, all around
+    edge_error_mm: float  # Standard uncertainty of the position of the whole edge
     area_mm2: float
     inward_mm: Floats  # Distance of each raster cell of the bead from its edge, (n,)
     along_mm: Floats  # Position of each raster cell along the bead, from its middle, (n,)
@@ -209,7 +210,7 @@ def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnin
     ends = (outline_mm - middle) @ forth
     shift = (ends.max() + ends.min()) / 2
     length_mm, along_mm = float(np.ptp(ends)), along_mm - shift
-    # Slabs across the bead: their widths, and the middles of their paste.
+    # The bead is divided into slabs across it. Width and middle are measured in each slab.
     edges_mm = np.linspace(-MAX_OF_IT, MAX_OF_IT, SLABS + 1) / 2 * length_mm
     count, _ = np.histogram(along_mm, edges_mm)
     line_mm = np.histogram(along_mm, edges_mm, weights=across_mm)[0] / count
@@ -243,7 +244,7 @@ def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnin
 
 def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
     """Return the centres of the raster cells inside an outline, (n, 2), and their distances from it, (n,)."""
-    # Oblique to the bead: along its sides, whole rows would be inside or outside.
+    # The raster is oblique to the bead. Otherwise whole rows along the bead's sides would be inside or outside.
     axes = np.linalg.eigh(np.cov(outline_mm.T))[1] @ SLANT
     turned = outline_mm @ axes
     low = turned.min(axis=0) - 2 * cell_mm
@@ -251,6 +252,6 @@ def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
     mask = cv2.fillPoly(np.zeros(ring.max(axis=0)[::-1] + 3, np.uint8), [ring], 1)
     inward = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     rows, columns = np.nonzero(mask)
-    # The outline is between the last cell inside and the first one outside.
+    # The outline is half way between the last cell inside and the first cell outside.
     place_mm = low + cell_mm * np.column_stack([columns, rows])
     return place_mm @ axes.T, cell_mm * (inward[rows, columns].astype(float) - 0.5)

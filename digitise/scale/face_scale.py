@@ -1,8 +1,8 @@
 """Find the scale from the size of the sample's face and its four corners, which are given or detected.
 
-The corners of a quadrilateral are where lines through its edges meet, since blur rounds the corners off. On synthetic
-photos these corners are off by 0.04 px RMS for markers. Those of ``cv2.cornerSubPix`` are off by 0.08 px, and those of
-the refinements of ``cv2.aruco`` by 0.17 to 1 px.
+Blur rounds corners off. Each corner is therefore computed as the intersection of the lines that are fitted to the two
+edges. On synthetic photos, the corners of markers are then off by 0.04 px RMS. The corners of ``cv2.cornerSubPix`` are
+off by 0.08 px, and the refined corners of ``cv2.aruco`` by 0.17 to 1 px.
 """
 
 import cv2
@@ -16,29 +16,31 @@ from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-WORK_PX = 800  # Longer side of the copy in which the face is searched for; its edges are refined on the photo itself
-REACH = 0.012  # Distance to either side of a rough edge within which it is refined, over the photo's longer side
-MIN_AREA = 0.1  # Smallest area of a face, over the photo's
-# Least margin around a detected face, over the photo's shorter side: what reaches the border is a board
+WORK_PX = 800  # Longer side of the copy in which the face is searched for. Its edges are refined on the photo itself
+REACH = 0.012  # An edge is refined within this distance of the rough edge, as a fraction of the photo's longer side
+MIN_AREA = 0.1  # Smallest area of a face, as a fraction of the photo's area
+# Minimum margin around a detected face, as a fraction of the photo's shorter side. A region at the border is a board
 MIN_MARGIN = 0.02
-MIN_FILLED = 0.7  # Smallest share of its convex hull that a face fills, without its crack and pores
-MAX_SLENDER = 1.6  # Largest logarithm of the aspect ratio of a face of unknown size; a straight crack is longer
-MIN_PART = 0.3  # Smallest part of a face that a crack divides, over the largest part; markers are a tenth of a face
-# Largest logarithm of the ratio of a face's aspect to that of face_mm; perspective changes it far less
+MIN_FILLED = 0.7  # Minimum fraction of its convex hull that a face, without its crack and pores, fills
+MAX_SLENDER = 1.6  # Largest logarithm of the aspect ratio of a face of unknown size. Straight cracks are longer
+# A crack may divide a face. Smallest area of a part, as a fraction of the largest part. Markers are a tenth of a face
+MIN_PART = 0.3
+# Largest logarithm of the face's aspect ratio in the photo, divided by face_mm's. Perspective changes it far less
 ASPECT_TOLERANCE = 0.2
-MAX_FORESHORTENED = 0.7  # The same for corners from the user, for a camera 60 degrees off; a wrong order gives more
+MAX_FORESHORTENED = 0.7  # The same for corners from the user, with a camera up to 60 degrees off square
 # Standard deviation of a corner's coordinates: clicked, and found by edges with a soft shadow
 CLICKED_PX, FOUND_PX = 1.0, 0.5
 FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm at two sigma
 # Constants of the fit of a quadrilateral's straight edges, which are found to a few hundredths of a pixel.
-ROWS = 100  # Samples along each edge. A crack, dirt or a shadow spoils some; more samples do not change the result
+ROWS = 100  # Samples along each edge. Cracks, dirt or shadows spoil some. More samples do not change the result
 STEP_PX = 0.5  # Spacing of samples across an edge
-MIN_REACH_PX = 3.0  # Least range across an edge, which is six samples to either side
-# Standard deviation of the blur across an edge, without which grain decides where the light is steepest
+MIN_REACH_PX = 3.0  # Minimum distance sampled to either side of an edge: six samples
+# Standard deviation of a blur across an edge. Without it, grain would decide where the light changes most
 SMOOTH_PX = 1.0
 STRAY_PX = 0.3  # A sample this far from the edge may be an outlier
-STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line; hulls of other things exceed it
-GAP = 0.1  # Least depth of a dark gap beside an edge, over the darker side's light plus a fifth of the brighter side's
+STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line. Hulls of other objects deviate more
+# Minimum depth of a dark gap beside an edge, divided by the darker side's light plus a fifth of the brighter side's
+GAP = 0.1
 
 
 def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
@@ -59,7 +61,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
     fit = fit_corners(corners_px, rectangle(face_mm), noise_px)
     places = places_px(fit.view, face_mm)
     mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
-    # The scale is the geometric mean of both directions, to which each side contributes half.
+    # The scale is the geometric mean of both directions, so that each side contributes half of its error.
     by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
     return Scale(
         view=fit.view,
@@ -73,9 +75,9 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
 
 
 def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
-    """Return the four corners of the face that the user gave, (4, 2) in px, or None.
+    """Return the four corners of the face that the user gave, (4, 2) in px. None if the user gave none.
 
-    Raises InputError if they cannot be the corners of a face with the size ``face_mm``.
+    Raises InputError if these corners cannot belong to a face with the size ``face_mm``.
     """
     if settings.face_corners_px is None or settings.face_mm is None:
         return None
@@ -99,8 +101,8 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
 def see_face(brightness: Map) -> Floats | None:
     """Return the corners of a face of unknown size, (4, 2) in px. None if no filled region has four straight sides.
 
-    Without these corners the shadow of a face would be the longest dark line in the photo. All four edges must be
-    inside the photo.
+    All four edges must be inside the photo. The search for a crack is limited to the face, because otherwise the shadow
+    of the face would be the longest dark line.
     """
     face = _face(brightness)
     if face is None:
@@ -142,12 +144,12 @@ def _rough_corners(brightness: Map) -> Floats | None:
     hull_px2 = cv2.contourArea(hull)
     if len(quad) != 4 or hull_px2 < MIN_AREA * label.size or parts.sum() < MIN_FILLED * hull_px2:
         return None
-    # OpenCV's clockwise is counter-clockwise as seen, since y is down. The lower left corner is the first.
+    # OpenCV's clockwise order is counter-clockwise in the picture, since y is down. The lower left corner is first.
     return (np.roll(quad, -int(np.argmax(quad @ (-1, 1))), axis=0) + 0.5) / scale - 0.5
 
 
 def side_lengths(corners: Floats) -> Floats:
-    """Return the lengths of a ring's sides, (n,). Side i begins at corner i."""
+    """Return the lengths of the sides of a ring with n corners, (n,). Side i begins at corner i."""
     return np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
 
 
@@ -158,16 +160,17 @@ def _aspect(corners_px: Floats) -> float:
 
 
 def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple[Floats, float] | None:
-    """Refine corners, (4, 2), from the edges within ``reach_px`` of the sides between them. None if an edge is hidden.
+    """Refine rough corners, (4, 2), with the edges within ``reach_px`` of the sides between them.
 
-    Also returns the RMS distance of the edges' points from straight lines, in px. ``brightness`` is linear light.
+    Returns the corners, and the RMS distance of the edges' points from straight lines, in px. Returns None if an edge
+    is not visible or not straight. ``brightness`` is linear light.
     """
     reach_px = max(reach_px, MIN_REACH_PX)
     lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
     bend_px = float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
     if not bend_px <= STRAIGHT_PX:
         return None
-    # Corner i is the one at which side i begins.
+    # Side i begins at corner i.
     return np.array([meeting(lines[side - 1], lines[side]) for side in range(4)]), bend_px
 
 
@@ -184,13 +187,13 @@ def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tu
     foot = start + np.outer(np.linspace(0.06, 0.94, ROWS), end - start)
     offset_px = np.arange(-reach_px, reach_px + STEP_PX / 2, STEP_PX)
     light = sampled(brightness, foot[:, None] + offset_px[:, None] * outward).astype(float)
-    # Neighbouring rows share the edge, but not their grain.
+    # Grain differs between neighbouring rows, so it is averaged along the edge.
     light = cv2.GaussianBlur(cv2.blur(light, (1, 9)), (0, 0), sigmaX=SMOOTH_PX / STEP_PX, sigmaY=1e-3)
     slope = np.gradient(light, axis=1)
     quarter = light.shape[1] // 4
     darker, brighter = np.sort([np.median(light[:, :quarter], axis=1), light[:, -quarter:].max(axis=1)], axis=0)
     if np.median((darker - light[:, quarter:].min(axis=1)) / (darker + 0.2 * brighter + 1e-6)) > GAP:
-        # Most rows are darkest between face and board, which a crack does not cause: the face ends where light falls.
+        # Most rows are darkest in a gap between face and board. The face ends where the light falls towards the gap.
         before = np.arange(light.shape[1]) <= light.argmin(axis=1)[:, None]
         slope = np.where(before, np.minimum(slope, 0), 0)
     slope = np.abs(slope)
@@ -198,7 +201,7 @@ def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tu
     row = np.flatnonzero((top > 0) & (top < slope.shape[1] - 1))
     if len(row) < ROWS // 2:
         return np.array([foot[0], unit(foot[-1] - foot[0])]), np.array([np.inf])
-    # Between samples, by the parabola through the neighbours.
+    # A parabola through the neighbouring samples gives the peak between samples.
     low, high, after = (slope[row, top[row] + step] for step in (-1, 0, 1))
     peak = top[row] + 0.5 * (low - after) / np.minimum(low - 2 * high + after, -1e-12)
     return edge_line(foot[row], outward, STEP_PX * peak - reach_px)

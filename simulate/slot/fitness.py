@@ -1,4 +1,4 @@
-"""Domain of validity of the fast model, and the reasons why a case is outside it."""
+"""Limits within which the fast model is valid, and the reasons why it is not valid for a case."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,11 @@ from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
-"""Limits of the model: largest slope that walls support, height of a mound in mm, filled fraction of the crack, and
-level above the face in mm."""
+"""Largest values for which the model is valid: slope that walls support, height of a mound in mm, filled fraction of
+the crack, and level above the face in mm."""
 MAX_MISFIT = 0.05
-"""Limit, as a fraction, for two differences: between the areas below a level of a mesh's sections and of trapezoids,
-and between the volumes of the sections and of the crack. At a depth of 10 mm, levels are then wrong by half a
-millimetre."""
+"""Largest relative error of the sections for which the model is valid: of the area below a level, if walls of a mesh
+are replaced by trapezoids, and of the total volume. At a depth of 10 mm, levels are then wrong by half a millimetre."""
 MAX_HELD_MM, MAX_DRAGGED = 0.5, 0.25
 """Limits for narrow positions of a crack: largest step of the level in mm that they may support in addition to the
 sections, and largest drag that they may add to a liquid, as a length divided by the crack's length. At both limits, a
@@ -25,21 +24,22 @@ fill with narrow positions is off by at most 0.6 mm."""
 
 @dataclass(frozen=True)
 class Fitness:
-    """Figures of a case for which the model's domain sets limits."""
+    """Figures of a case that decide whether the model is valid for it."""
 
     slope: float
-    """Slope at which the walls support the paste, at the mean filled depth."""
+    """Slope of the surface that the walls support, at the mean filled depth."""
     mound_mm: float
-    """Height of the mound under the nozzle's last position. It is the larger of two heights: slope times the sealant's
-    depth, which the walls support, and 4 tau / rho g, which the paste itself supports. tau is the yield stress."""
+    """Height of the mound under the nozzle's last position. It is the larger of two heights: ``slope`` times the depth
+    of the sealant, for support by the walls, and 4 tau / rho g, for support by the paste itself. tau is the yield
+    stress."""
     fill: float
     """Dispensed volume divided by the volume of the crack."""
     above_mm: float = 0.0
     """Highest level of the sealant above the face. It is 0 if the sealant is below the face."""
     misfit: float = 0.0
-    """Difference between the areas below a level of a mesh's sections and of this model's trapezoids, as a fraction."""
+    """Relative error of the area below a level, if the sections of a mesh are replaced by this model's trapezoids."""
     left_out: float = 0.0
-    """Fraction of the crack's volume that this model's sections leave out: side cracks, and space under the face beyond
+    """Fraction of the crack's volume that is not in this model's sections: side cracks, and space under the face beyond
     the ends of the mouth. It is negative if the sections have more volume than the crack."""
     held_mm: float = 0.0
     """Step of the level in mm that stones, walls across the crack and necks support, in addition to the sections."""
@@ -54,7 +54,7 @@ class Fitness:
 
     @property
     def unfit(self) -> tuple[Fact, ...]:
-        """Reasons why the model is not valid for this case. Empty if it is valid."""
+        """Reasons why the model is not valid for this case. Empty if the model is valid."""
         reasons = list[Fact]()
 
         def unless(allowed: bool, key: str, text: str, value: float, unit: str = "") -> None:
@@ -64,8 +64,8 @@ class Fitness:
         unless(
             self.slope <= STEEPEST,
             "slope",
-            f"The walls support the paste at a slope of {self.slope:.2f}. Above {STEEPEST:g} the paste piles up under "
-            "the nozzle, which a section's mean level does not show.",
+            f"The walls support paste with a slope of {self.slope:.2f}. Above {STEEPEST:g}, paste piles up under the "
+            "nozzle, which a section's mean level does not show.",
             self.slope,
         )
         unless(
@@ -79,8 +79,8 @@ class Fitness:
         unless(
             self.fill <= FULLEST,
             "overfull",
-            f"The sealant is {self.fill:.2f} of the crack's volume. Above {FULLEST:g} it runs over the face, which "
-            "this model does not compute.",
+            f"The sealant has {self.fill:.2f} times the crack's volume. Above {FULLEST:g} it runs over the face, "
+            "which this model does not compute.",
             self.fill,
         )
         unless(
@@ -95,7 +95,7 @@ class Fitness:
             self.misfit <= MAX_MISFIT,
             "walls",
             "The walls of this mesh are not straight: the area of a section below a level differs by "
-            f"{self.misfit:.0%} from that of this model's trapezoids. At most {MAX_MISFIT:.0%} is allowed.",
+            f"{self.misfit:.0%} from the area of this model's trapezoids. At most {MAX_MISFIT:.0%} is allowed.",
             self.misfit,
         )
         unless(
@@ -139,7 +139,7 @@ class Fitness:
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
-    """Return the figures of a case, except its level. They are means, with all cells filled to the same fraction."""
+    """Return the figures of a case, except ``above_mm``. They are means for cells filled to equal fractions."""
     sections = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
     fill = trajectory.dispensed_mm3 / sections_mm3
