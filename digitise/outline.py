@@ -53,15 +53,15 @@ BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
 
 
 REGION = (
-    "the ground is too coarse to follow the walls one by one. They are the rims of the dark region along the path, "
-    "each moved as a whole to its part of the contrast (95 % interval of the mean width: {:.3g} to {:.3g} {}). "
+    "the ground is too coarse to follow each wall. The walls are the rims of the dark region along the path, "
+    "each moved as a whole to its contrast threshold (95 % interval of the mean width: {:.3g} to {:.3g} {}). "
     "Check the lines over the photo (overlay.png)"
 )
 # If a fitted width is this many times the width of a darker line between the walls, the fit did not measure that line
 FITTED_INSIDE = 1.7
 LINE_INSIDE = (
-    "between the walls, which are {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, as a "
-    "crack in a joint or a wet strip is. The interval covers both widths. Check the lines over the photo "
+    "between the walls, which are {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, like "
+    "a crack in a joint or a wet strip. The interval covers both widths. Check the lines over the photo "
     "(overlay.png). If that line is the crack, give width_mm"
 )
 BAND = (

@@ -41,8 +41,8 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     if not carried(solid, outline, width_mm / 8):
         across = width_mm / radius_mm / 2
         text = (
-            f"solver.radius_mm = {radius_mm:g}: no run can have four particles across a crack {width_mm:.3g} mm wide "
-            f"and {outline.length_mm:.0f} mm long; here {across:.2g} particles are across it."
+            f"solver.radius_mm = {radius_mm:g}: four particles across a crack {width_mm:.3g} mm wide and "
+            f"{outline.length_mm:.0f} mm long exceed the limits of a run. Here {across:.2g} particles are across it."
         )
         yield doubt("fluid.few-across", text, across)
     frames = course_of(schedule, fluid, solver.settle_s).frames
@@ -73,8 +73,8 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     if at_wall_pa[0] > stands_pa:
         text = (
             f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: a yield stress of {stress_pa[0]:g} Pa supports "
-            f"the paste between walls {width_mm:.3g} mm apart, since its weight overcomes at most {stands_pa:.2g} Pa "
-            "there. Paste that the jet does not push down bridges the crack and leaves a hollow below."
+            f"the paste between walls {width_mm:.3g} mm apart, since the paste's weight overcomes at most "
+            f"{stands_pa:.2g} Pa there. Paste that the jet does not push down bridges the crack, with a hollow below."
         )
         yield doubt(BRIDGES, text, float(stress_pa[0]), "Pa")
         return

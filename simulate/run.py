@@ -84,7 +84,7 @@ def follow(injection: Injection, options: ComputeOptions) -> None:
     progress.start("Simulating", work[-1], work[injection.done])
     model_s = PARTICLE_S * injection.engine.substeps * float(work[-1] - work[injection.done]) + progress.later_s
     if model_s > WORTH_SAYING_S and injection.engine.state.device == "cpu":
-        progress.note(f"The run takes about {in_words(model_s)}, by a model. A better estimate follows after a tenth.")
+        progress.note(f"The run takes about {in_words(model_s)} (estimate). A better one follows after a tenth.")
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
         for watcher in reversed(watchers):

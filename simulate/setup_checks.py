@@ -128,9 +128,9 @@ def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm
     auto_mm = _finest_mm(solid, outline, abreast_mm)
     if not carried(solid, outline, auto_mm):
         return (
-            f"No radius is possible: at most {widest_mm:.3f} fits the crack, but even that radius is too fine for a "
-            'run. Use the fast model (solver.model = "slot" with fluid.viscosity_pa_s), simulate a shorter piece of '
-            "the crack, or make only a path for a robot (photo.path_only = true)."
+            f"No radius is possible: at most {widest_mm:.3f} fits the crack, but even that radius exceeds the limits "
+            'of a run. Use the fast model (solver.model = "slot" with fluid.viscosity_pa_s), simulate a shorter piece '
+            "of the crack, or make only a path for a robot (photo.path_only = true)."
         )
     least_mm = _finest_mm(solid, outline, too_fine_mm or abreast_mm)
     return f'Give {least_mm:.3f} to {widest_mm:.3f}; "auto" is {auto_mm:.3f}.'
@@ -247,7 +247,7 @@ def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: flo
         return
     value = paste.viscous_weight if key == "U" else viscosities[0] / CM2_IN_M2 * fluid.density_kg_m3
     raise InputError(
-        f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is too stiff to be solved "
+        f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is too large to be solved "
         f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
         f"{_rounded_down(value * STIFFEST / stiffness)}{_or_more(substeps * stiffness / STIFFEST)}."
     )
@@ -260,8 +260,8 @@ def _check_yield_stress(fluid: Fluid, solver: Solver) -> None:
     if stress_pa > HOLDS_SUPPORTS * column_pa:
         raise InputError(
             f"fluid.{'curve begins with a yield stress of' if fluid.curve else 'yield_stress_pa is'} "
-            f"{stress_pa:.6g}{' Pa' if fluid.curve else ''}, which is too stiff to be solved with solver.radius_mm = "
-            f"{solver.size_mm:g} at any number of substeps. Give at most {_rounded_down(HOLDS_SUPPORTS * column_pa)}."
+            f"{stress_pa:.6g}{' Pa' if fluid.curve else ''}, which is too large to be solved with solver.radius_mm = "
+            f"{solver.size_mm:g} with any number of substeps. Give at most {_rounded_down(HOLDS_SUPPORTS * column_pa)}."
         )
 
 

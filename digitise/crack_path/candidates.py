@@ -202,7 +202,7 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
         doubt = f"{max(shares):.0%} of it runs in straight legs, as a joint between bricks, tiles or slabs does"
     elif usual < MIN_CLEAR or worst < MIN_WORST:
         doubt = (
-            f"it is {usual:.1f} times as dark as the ground's grain (at least {MIN_CLEAR:g} is needed), and its "
+            f"its contrast is {usual:.1f} times the ground's noise (at least {MIN_CLEAR:g} is needed), and its "
             f"faintest part {worst:.1f} times (at least {MIN_WORST:g})"
         )
     score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MAX_COUNTED)) / field.scale

@@ -77,8 +77,8 @@ def dark_enough(route: Route) -> Fact | None:
     if clear >= MIN_CLEAR:
         return None
     fault = (
-        f"no crack between the ends: the darkest path there is {clear:.1f} times as dark as the ground's grain (a "
-        f"crack is at least {MIN_CLEAR:g} times as dark). Check ends_px; {IF_LIGHTER}"
+        f"no crack between the ends: the darkest path there has a contrast of {clear:.1f} times the noise (a "
+        f"crack has at least {MIN_CLEAR:g} times). Check ends_px; {IF_LIGHTER}"
     )
     return doubt("path.not-dark", fault, clear, level="fault")
 

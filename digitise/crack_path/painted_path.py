@@ -147,8 +147,8 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
     aside_px = max(_aside_px(part, profiles.offset_px, width_px) for part in parts)
     if aside_px:
         text = (
-            f"photo.mask: along a part of it, the darkest band as wide as the paint ({width_px:.0f} px) is {aside_px} "
-            "px away from the paint. Is the mask shifted or rotated against the photo?"
+            f"photo.mask: along a part of the crack, the darkest band as wide as the paint ({width_px:.0f} px) is "
+            f"{aside_px} px away from the paint. Is the mask shifted or rotated against the photo?"
         )
         return (doubt("path.mask-aside", text, aside_px, "px"),)
     profile, beside = row_medians(shares.T), np.abs(profiles.offset_px) > width_px / 2 + RIM_PX

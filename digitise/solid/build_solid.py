@@ -31,7 +31,7 @@ MIN_CLOSED = 0.02  # If funnel walls meet along more than this fraction of the c
 MAX_APART = 0.08  # Largest relative difference of the cavity's volume from its sections. Drawn cracks have up to 0.05
 BENDS = (
     "The cavity has {:.2f} times the volume of its sections along the crack. The crack bends so sharply for its "
-    "width and tilt that parts of it meet, or that the ground beyond an end takes part of it. Look at crack.stl, and "
+    "width and tilt that parts of it meet, or overlap the material beyond an end. Look at crack.stl, and "
     'reduce wall_angle_deg or choose tilt = "vertical".'
 )
 # A table of depths may be this much shorter than the crack without a warning, since ends are equally uncertain

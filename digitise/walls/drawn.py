@@ -82,7 +82,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
         if line.kind == "ground" and beyond < between:
             raise InputError(
                 f"{photo.file}: {line.name}, at {listed(line.place_px[:1])} px, has darker ground beyond it than "
-                "between it and the path. If the crack takes another way, give via_px there."
+                "between it and the path. If the crack runs elsewhere, give via_px there."
             )
         if line.kind != "wall":
             soft = blurred(lightness(part), SOFT_PX)
@@ -161,7 +161,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
             if kind != "crack" and away_px.min() < BRUSH_PX / 2:
                 raise InputError(
                     f"{photo.file}: {name}, crosses the crack at {listed(place_px[[away_px.argmin()]])} px. Draw it "
-                    "on one side of the path. If the crack takes another way, give via_px there, or paint the crack "
+                    "on one side of the path. If the crack runs elsewhere, give via_px there, or paint the crack "
                     "in photo.mask."
                 )
             lines.append(_Line(kind, name, place_px, way_px[nearest]))

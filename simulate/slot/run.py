@@ -140,11 +140,11 @@ def paste_of(inputs: Pour) -> HerschelBulkley:
     Raises InputError if the model does not support the sealant.
     """
     fluid, sample = inputs.fluid, inputs.sample
-    refused = 'the fast model (solver.model = "slot") does not support this. Give solver.model = "particles"'
+    refused = 'the fast model (solver.model = "slot") does not support this setting. Give solver.model = "particles"'
     for key, default in _unread(fluid).items():
         raise InputError(f"fluid.{key}: {refused}, or leave fluid.{key} at its default, {default}.")
     if fluid.law not in FLOW_BETWEEN_PLATES:
-        raise InputError(f"fluid.{fluid.given_by} gives a law of flow: {refused}.")
+        raise InputError(f"fluid.{fluid.given_by} selects the law of flow: {refused}.")
     viscosity_pa_s = fluid.fresh.viscosity_pa_s
     if viscosity_pa_s is None and not fluid.yields:
         raise InputError(
