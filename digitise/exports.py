@@ -52,11 +52,11 @@ def mask_png(outline: Outline, name: str) -> bytes:
 
 
 def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
-    """Return images and annotations of cracks as a dict in COCO's format.
+    """Return COCO's images and annotations of cracks.
 
-    ``labelled`` is the file name of the photo and the outline for each crack. As in COCO, pixel coordinates count from
+    ``labelled`` has the file name of the photo and the outline of each crack. As in COCO, pixel coordinates count from
     the corner of the first pixel. A crack with an island is stored as run lengths, since COCO's polygons cannot have
-    holes. Raises InputError if a crack has no mask.
+    holes.
     """
     images, annotations = list[dict[str, Any]](), list[dict[str, Any]]()
     for number, (name, outline) in enumerate(labelled, start=1):
@@ -80,9 +80,9 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
 
 
 def run_lengths(mask: Booleans) -> dict[str, Any]:
-    """Return a mask in COCO's uncompressed format: the lengths of runs of equal pixels, column by column.
+    """Return COCO's uncompressed code of a mask: lengths of runs down the columns.
 
-    The first run is outside the mask, and its length may be 0.
+    The first run is outside the mask.
     """
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat, prepend=False))

@@ -142,9 +142,9 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
                 fitted = _fitted(photo, inner, wide_mm)
                 if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
                     return fitted
-            # The fit failed, or it measured the band instead of the crack.
+            # There is no fit, or it took the band for the crack.
             inside = doubt(f"{BY_STROKES}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm, photo.unit))
-            # The picture was blurred before the line was searched for, so the line may be this much narrower.
+            # The line is found in a picture that is softened over its own least width.
             least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
             walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
             return with_doubts(outline, inside, width_95_mm=(least_mm, wide_mm), walls=walls)
@@ -217,7 +217,7 @@ def outline_along(
     warnings = [*photo.warnings, *path.warnings]
     if path.source == "automatic":
         warnings.append(PROPOSAL)
-    # Most shorter gaps are corners and chips of a few px.
+    # Most are corners and chips of a few px.
     if traced.missing > 2 * WORTH_SAYING:
         text = f"a wall was not found along {traced.missing:.0%} of the crack, and is bridged there"
         warnings.append(doubt(f"{BY_STROKES}.bridged", text, traced.missing))

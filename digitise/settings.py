@@ -50,7 +50,7 @@ Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 # Largest number of stretches of wall drawn by hand, and of points of each. If more are needed, paint a mask
 MAX_WALLS, MAX_WALL_POINTS = 50, 200
-# Largest number of strokes on crack, or on ground, each with up to ``MAX_WALL_POINTS`` points
+# Largest number of strokes of a kind, each with up to ``MAX_WALL_POINTS`` points; for more, paint a mask
 MAX_STROKES = 20
 Strokes = Annotated[
     tuple[Annotated[tuple[Pixel, ...], Field(min_length=1, max_length=MAX_WALL_POINTS)], ...],
@@ -137,24 +137,24 @@ class PhotoInput(Settings):
     validation."""
     ends_px: PixelPair | None = None
     """Both ends of the crack, each as column and row. The nozzle starts at the first end. By default the crack is
-    searched for automatically. In that case, check the crack over the photo (overlay.png) before you use the result."""
+    searched for automatically. In that case, check it over the photo (overlay.png) before you use the result."""
     crack: int | None = Field(default=None, ge=1, le=MAX_RANKED)
-    """Number of the crack in the list of the automatic search, best crack first. refused.png shows these numbers. It
-    cannot be combined with ends_px. Default: the first crack, if it is far more likely than the others."""
+    """Number of the crack in the list that the automatic search makes, best crack first. refused.png shows these
+    numbers. Only without ends_px. Default: the first crack, if it is far likelier than the others."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MAX_VIA)
     """Points on the crack between its ends, in order. They are needed if the crack forks or a darker crack is near."""
     roi_px: Region | None = None
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
     walls_px: Walls | None = None
-    """Stretches of wall drawn by hand, for photos in which walls are measured wrongly. A stretch is a line from a point
-    on a wall, along the true wall, to another point on the same wall. Draw stretches with 'sealtwin trace'."""
+    """Stretches of wall drawn by hand, for photos in which walls are measured wrongly. Each is a line from a point on a
+    wall, along the true wall, to another point on the same wall. Draw them with 'sealtwin trace'."""
     crack_strokes_px: Strokes | None = None
-    """Strokes over areas that are surely crack. A stroke is a line or a single point. A few strokes where walls are
-    uncertain or wrong are enough. The walls then pass outside the strokes, and near a stroke, the lightness under it
-    counts as crack. Draw strokes with 'sealtwin trace'."""
+    """Strokes over areas that are surely crack, each a line or a single point. A few are enough where walls are
+    doubtful or wrong. A wall passes outside the strokes, and near them the lightness under them counts as crack. Draw
+    them with 'sealtwin trace'."""
     ground_strokes_px: Strokes | None = None
-    """Strokes over areas beside the crack that are surely not crack (ground). The wall then passes between the strokes
-    and the crack. Near a stroke, on its side of the wall, the lightness under the stroke counts as ground."""
+    """Strokes over areas beside the crack that are surely ground. A wall passes between the strokes and the crack. Near
+    the strokes and on their side of the wall, the lightness under them counts as ground."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is absolute or relative to the trial file's folder."""
@@ -203,7 +203,7 @@ class PhotoInput(Settings):
 
     @property
     def drawn_by_hand(self) -> tuple[str, ...]:
-        """Names of the given settings that change measured walls by hand."""
+        """Names of the settings in use that change the measured walls by hand."""
         return tuple(name for name in ("walls_px", "crack_strokes_px", "ground_strokes_px") if getattr(self, name))
 
     @property
@@ -315,7 +315,7 @@ class MeshInput(Settings):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """CSV of a centreline with the columns x_mm and y_mm, in the mesh's own axes after the face was turned upward. By
+    """CSV of a centreline with the columns x_mm and y_mm, in the mesh's frame after its face was turned upward. By
     default the centreline is found in a section just below the face."""
     dam_height_mm: DamHeight = 10.0
     """Height above the face of the dams at all points where the crack leaves the block, as in [crack]."""

@@ -1,7 +1,6 @@
 """Find the outline of paste in a photo on the printed marker sheet, and measure a round blob or a straight bead.
 
-A blob is measured by radius and roundness. A bead is measured by length, width, and the distance of its points from the
-edge.
+A blob has area, mean radius and roundness. A bead has length, width, and the distance of its paste from its edge.
 """
 
 from dataclasses import dataclass
@@ -25,22 +24,22 @@ from sealtwin.core.facts import Facts
 from sealtwin.core.records import Booleans, Floats
 
 POINTS = 360  # Number of points of an outline
-REACH = 0.06  # Distance from the edge at which the light beside it is measured, as a fraction of half the paste's width
-MIN_HALF_PX = 40.0  # Minimum half width. Below it, an edge error of 0.5 px changes the yield stress by over 6 %
-MIN_CONTRAST = 0.06  # Minimum change of light across the edge, relative to the sheet. Blurred grain has 1/5 of it
-MAX_UNROUND = 0.10  # Largest RMS deviation from a circle, divided by the mean radius. A sloped plate causes more
-MIN_SEEN = 0.95  # Minimum fraction of the edge that must be visible
-EDGE_PX = 0.5  # Standard uncertainty of the whole edge's position, from blur and a wet rim
+REACH = 0.06  # Distance from the edge at which the light beside it is measured, over half the paste's width
+MIN_HALF_PX = 40.0  # Least half width: below it, half a pixel of the edge is over 6 % of the yield stress
+MIN_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
+MAX_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate, or a cone pulled to a side
+MIN_SEEN = 0.95  # Smallest share of the edge that must be visible
+EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or at its wet rim
 # Constants of the measurement of a bead.
-SMOOTH = 5  # Number of points over which the outline is averaged. Its grain would shorten all distances to the edge
-MIDDLE = 0.25  # Fraction of the length, around the middle, over which the width of the bead is measured
-MAX_OF_IT = 0.7  # Fraction of the length, around the middle, over which the middle line must be straight
+SMOOTH = 5  # Number of rays over which the outline is averaged: its grain would shorten all distances to the edge
+MIDDLE = 0.25  # Share of the length, around the middle, that shows the width of the bead; its ends do not
+MAX_OF_IT = 0.7  # Share of the length over which the middle line must be straight
 SLABS = 41  # Number of slabs across that part of the length
 SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
 CELLS = 800  # Cells of the raster along the square root of the bead's area
-MIN_LONG = 1.4  # Minimum ratio of length to width. A shorter bead has no middle between its ends
-MAX_UNEVEN = 0.12  # Largest relative standard deviation of the width in the middle. Buckled or broken beads have more
-BEND = 0.05  # Largest sideways range of the bead's middle line, as a fraction of the length
+MIN_LONG = 1.4  # Least ratio of length to width: below it there is no middle between the ends
+MAX_UNEVEN = 0.12  # Largest RMS of the middle's width over its mean; a bead with more has buckled or broken
+BEND = 0.05  # Largest distance of the bead's middle line from a straight line, over the length
 
 
 @dataclass(frozen=True)
@@ -182,7 +181,7 @@ class BeadOutline:
     width_mm: float  # Width in the middle of the bead
     tips_mm: Floats  # Both ends on the sheet, (2, 2)
     scale_error: float  # Relative standard uncertainty of all lengths
-    edge_error_mm: float  # Standard uncertainty of the position of the whole edge
+    edge_error_mm: float  # Standard uncertainty of the edge's position, all around
     area_mm2: float
     inward_mm: Floats  # Distance of each raster cell of the bead from its edge, (n,)
     along_mm: Floats  # Position of each raster cell along the bead, from its middle, (n,)
@@ -210,7 +209,7 @@ def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnin
     ends = (outline_mm - middle) @ forth
     shift = (ends.max() + ends.min()) / 2
     length_mm, along_mm = float(np.ptp(ends)), along_mm - shift
-    # The bead is divided into slabs across it. Width and middle are measured in each slab.
+    # Slabs across the bead: their widths, and the middles of their paste.
     edges_mm = np.linspace(-MAX_OF_IT, MAX_OF_IT, SLABS + 1) / 2 * length_mm
     count, _ = np.histogram(along_mm, edges_mm)
     line_mm = np.histogram(along_mm, edges_mm, weights=across_mm)[0] / count
@@ -244,7 +243,7 @@ def bead_of(outline_mm: Floats, scale_error: float, edge_error_mm: float, warnin
 
 def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
     """Return the centres of the raster cells inside an outline, (n, 2), and their distances from it, (n,)."""
-    # The raster is oblique to the bead. Otherwise whole rows along the bead's sides would be inside or outside.
+    # Oblique to the bead: along its sides, whole rows would be inside or outside.
     axes = np.linalg.eigh(np.cov(outline_mm.T))[1] @ SLANT
     turned = outline_mm @ axes
     low = turned.min(axis=0) - 2 * cell_mm
@@ -252,6 +251,6 @@ def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
     mask = cv2.fillPoly(np.zeros(ring.max(axis=0)[::-1] + 3, np.uint8), [ring], 1)
     inward = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     rows, columns = np.nonzero(mask)
-    # The outline is half way between the last cell inside and the first cell outside.
+    # The outline is between the last cell inside and the first one outside.
     place_mm = low + cell_mm * np.column_stack([columns, rows])
     return place_mm @ axes.T, cell_mm * (inward[rows, columns].astype(float) - 0.5)

@@ -1,6 +1,6 @@
 """Choose the device that runs the kernels, and check Warp's cache of compiled kernels.
 
-The user chooses the device. The software never changes it silently. Damaged kernels are compiled again.
+The user chooses the device, and it is never changed silently. Damaged kernels are compiled again.
 """
 
 import functools
@@ -175,6 +175,6 @@ def _guarded(load: Any) -> Any:
 
 
 def _require_room() -> None:
-    """Raise InputError if there is no space for a module. This writes a file, because only writing detects a quota."""
+    """Raise InputError if the cache has no room for a module. It writes a file, because only that detects a quota."""
     with _naming_the_cache(), tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
         probe.write(bytes(NEEDED_BYTES))

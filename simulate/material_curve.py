@@ -1,9 +1,9 @@
 """Sealant whose viscosity and yield stress change with age or temperature: tables, and files of tables.
 
-A rheometer measures viscosity and yield stress over age. The data sheet of a hot-poured sealant lists both over
-temperature, and a second table lists the temperature over age. Between rows, the yield stress and the logarithm of the
-viscosity are linear in age or temperature. Before the first and after the last age, both are constant. Temperatures are
-not extrapolated: a cooling table with temperatures outside the curve is refused.
+A rheometer measures viscosity and yield stress over age. The data sheet of a hot-poured sealant gives them over
+temperature, and a second table gives the temperature over age. Between rows, the yield stress and the logarithm of the
+viscosity are linear in age or temperature. Before the first age and after the last, both are constant. Temperatures are
+not extrapolated: a cooling table that leaves the curve's temperatures is refused.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ MAX_ROWS = 1000
 BOUNDS = {
     "age_s": (0.0, 1e7),
     "temperature_c": (-273.15, 3000.0),
-    # The limit is above 0, since a logarithm is taken. Air has 2e-5.
+    # Above 0 for the logarithm; air has 2e-5.
     "viscosity_pa_s": (1e-6, 1e4),
     "yield_stress_pa": (0.0, 1e4),
 }
@@ -56,7 +56,7 @@ class _Columns(Settings):
 
     @property
     def columns(self) -> dict[str, tuple[float, ...]]:
-        """Columns of the table by name. Columns that are not given are left out."""
+        """Columns of this table by name."""
         return self.model_dump(exclude_none=True)
 
 
@@ -69,7 +69,7 @@ class MaterialCurve(_Columns):
     age_s: Column | None = None
     """Time since the sealant left the nozzle, increasing from row to row."""
     temperature_c: Column | None = None
-    """Temperature, given instead of age. It increases or decreases from row to row, and requires ``cooling``."""
+    """Temperature instead of age, increasing or decreasing from row to row. It needs ``cooling``."""
     viscosity_pa_s: Column
     """Dynamic viscosity. Its logarithm is interpolated linearly."""
     yield_stress_pa: Column | None = None
@@ -83,7 +83,7 @@ class MaterialCurve(_Columns):
 
 
 class CoolingCurve(_Columns):
-    """Columns of a table of the sealant's temperature over age."""
+    """Columns of a table that gives the sealant's temperature by age."""
 
     age_s: Column
     """Time since the sealant left the nozzle, increasing from row to row."""
@@ -95,7 +95,7 @@ ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else
 """Discriminator of a table that is given by a file's name or by its columns. A validation error refers to the form that
 the user gave."""
 if TYPE_CHECKING:
-    # A keyword accepts a file's name or a mapping. The field then has one of the types below.
+    # A keyword takes a file's name or a mapping, and the field then has one of these types.
     CurveOrFile = CoolingOrFile = Any
 else:
     CurveOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[MaterialCurve, Tag("several")], ByForm]
@@ -103,7 +103,7 @@ else:
 
 
 def read_table(path: Path, kind: type[Table]) -> Table:
-    """Read a CSV with a table of the class ``kind``. Raises InputError with file, row, column and value."""
+    """Read a CSV table of a material or of a cooling. Raises InputError with file, row, column and value."""
     fields = kind.model_fields
     needed = [name for name, field in fields.items() if field.is_required()]
     columns = read_columns(path, {name: BOUNDS[name] for name in fields}, needed, (2, MAX_ROWS))
@@ -115,9 +115,9 @@ def read_table(path: Path, kind: type[Table]) -> Table:
 
 
 def fault_of(curve: MaterialCurve | None, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:
-    """Return the reason why two tables cannot be combined. Returns None if they can.
+    """Return why two tables do not fit each other. Returns None if they do.
 
-    ``file`` is the file of the cooling table. None if the table was not read from a file.
+    ``file`` is the file of the cooling table, if it was read from one.
     """
     if curve is None:
         problem = "cooling is given without curve: add curve, a table of viscosity_pa_s over temperature_c"
@@ -140,10 +140,7 @@ def fault_of(curve: MaterialCurve | None, cooling: CoolingCurve | None, file: Pa
 
 
 def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Course:
-    """Combine two tables into one table over age, which also agrees with the tables between its rows.
-
-    The tables must have passed ``fault_of``.
-    """
+    """Join two tables that fit each other into one table over age. It is also exact between its rows."""
     stress_pa = curve.yield_stress_pa or (0.0,) * len(curve.viscosity_pa_s)
     if curve.age_s is not None:
         return Course(*(np.array(column) for column in (curve.age_s, curve.viscosity_pa_s, stress_pa)))
@@ -153,7 +150,7 @@ def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Cour
     over_temperature = Course(known_c, np.array(curve.viscosity_pa_s)[order], np.array(stress_pa)[order])
     ages_s, cooled_c = np.array(cooling.age_s), np.array(cooling.temperature_c)
     knots = [ages_s]
-    # The temperature is linear between two ages. If it passes a row of the curve, the result needs a row at that age.
+    # The temperature is linear between two ages; a row of the curve that it passes needs a row of the result.
     for k in range(len(ages_s) - 1):
         begin_c, end_c = cooled_c[k : k + 2]
         passed_c = known_c[(known_c > min(begin_c, end_c)) & (known_c < max(begin_c, end_c))]

@@ -115,13 +115,12 @@ class Fluid(Settings):
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
     """Yield stress at which the increase by structuration_pa_per_s ends. Default: the increase does not end."""
     curve: CurveOrFile | None = None
-    """Viscosity and yield stress over age or temperature, instead of U, viscosity_pa_s and the three settings of the
+    """Viscosity and yield stress over age or temperature. It replaces U, viscosity_pa_s and the three settings of the
     yield stress. Give a CSV file, or its columns viscosity_pa_s, yield_stress_pa and either age_s or temperature_c.
-    Between rows, the yield stress and the logarithm of the viscosity are linear. Before the first and after the last
-    age, both are constant."""
+    Between rows the yield stress and the logarithm of the viscosity are linear. Outside the ages they are constant."""
     cooling: CoolingOrFile | None = None
-    """Temperature of the sealant over age, as a CSV file or as its columns age_s and temperature_c. It is required if
-    ``curve`` is over temperature. All its temperatures must be within the curve's range."""
+    """Temperature of the sealant by age, as a CSV file or as its columns age_s and temperature_c. It is needed if
+    ``curve`` is given over temperature. All its values must be within the curve's range."""
     material: MaterialOrFile | None = None
     """File material.toml, written by 'sealtwin material'. It defines the yield stress, the density and, if measured,
     either the viscosity or consistency_pa_s_n and flow_index. Its uncertainties are used unless [uncertainty] declares

@@ -36,17 +36,17 @@ FADING = 0.5  # Fraction of a line's median worth. Ends with less worth have lef
 SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if they are this close over at least this fraction of their length
 
 # Limits of a line that surely is a crack, on the same photos: 48 lines pass them, and each is a crack.
-STRAIGHT, MIN_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and minimum length of the leg
-LEG_WIDTHS = 4.0  # Minimum length of a straight leg in widths of the line
-# Largest allowed fractions of a line: in its longest straight leg, in all straight legs, in legs that meet at a corner
+STRAIGHT, MIN_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and its least length
+LEG_WIDTHS = 4.0  # Least length of a straight leg in widths of the line
+# Largest share of a line in its longest straight leg, in all straight legs, and in legs that meet at a corner
 MAX_STRAIGHT = 0.3, 0.8, 0.25
-STEP_LEG = 16.0  # Minimum length of a leg that meets another leg at a corner
-CORNER_DEG, CORNER = 50.0, 12.0  # Minimum change of direction at a corner, and largest length of the corner
-MAX_COUNTED = 9.0  # A value of ``unlike`` above this reduces a line's score no further
-MAX_UNLIKE = 0.3  # Largest value of ``unlike`` for a line that surely is a crack
-# Minimum median clearness of a line, and minimum mean clearness of its faintest stretch
+STEP_LEG = 16.0  # Least length of a leg that meets another leg at a corner
+CORNER_DEG, CORNER = 50.0, 12.0  # Least change of direction at a corner, and largest length of the corner
+MAX_COUNTED = 9.0  # A line's score falls no further if the difference of its sides over the step is larger than this
+MAX_UNLIKE = 0.3  # Largest difference between the two sides, over the step from the line to the darker side
+# Least median clearness of a line, and least mean clearness of its faintest stretch
 MIN_CLEAR, MIN_WORST = 4.5, 2.6
-SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Range of distances from a line that is compared on both sides: widths + px
+SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # The sides of a line are between these two distances from it: widths, plus px
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,7 @@ class FoundCrack:
     line_px: Floats  # (n, 2), px in the photo, from left to right
     width_px: float  # Typical width along the line
     score: float  # Sum of clearness times contrast along the line, reduced for straight legs and for sides that differ
-    # Difference in lightness of the two sides, divided by the step from the line to the darker side. inf without a step
-    unlike: float
+    unlike: float  # Difference between both sides over the step from the line to the darker side; inf without a step
     doubt: str  # Reason why this may not be a crack, as a clause. Empty if it surely is a crack
 
     @property
@@ -202,7 +201,7 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
         doubt = f"{max(shares):.0%} of it runs in straight legs, as a joint between bricks, tiles or slabs does"
     elif usual < MIN_CLEAR or worst < MIN_WORST:
         doubt = (
-            f"its contrast is {usual:.1f} times the ground's noise (at least {MIN_CLEAR:g} is needed), and its "
+            f"it is {usual:.1f} times as dark as the ground's grain (at least {MIN_CLEAR:g} is needed), and its "
             f"faintest part {worst:.1f} times (at least {MIN_WORST:g})"
         )
     score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MAX_COUNTED)) / field.scale
@@ -216,7 +215,7 @@ def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float
 
 
 def _stepped(turns: Floats, lengths: Floats) -> float:
-    """Return the fraction of a polyline's length in long legs that meet at a corner. ``turns``, (n, 2), are legs."""
+    """Return the share of a polyline's length in long legs that meet at a corner. ``turns``, (n, 2), are its legs."""
     begins, cornered = np.append(0, np.cumsum(lengths)), np.zeros(len(lengths), bool)
     for first, second in pairwise(np.flatnonzero(lengths >= STEP_LEG)):
         turned = turns[first] @ turns[second] < np.cos(np.radians(CORNER_DEG)) * lengths[first] * lengths[second]

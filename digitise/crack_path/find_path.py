@@ -30,11 +30,11 @@ EDGES_FOUND = doubt(
     "the photo shows the edges of the sample, and the crack was searched for only inside them. If the crack is open "
     "at an edge, give face_mm, the size of the face",
 )
-# A path strays from the chosen line if more than this fraction of its length is more than this many cells away
+# A path strays from the chosen line if it is more than this many cells away over more than this share of its length
 FOLLOWS_CELLS, MAX_ASTRAY = 5.0, 0.2
-RUNNER_UP = 0.5  # The user must choose if a second line has more than this fraction of the first line's score
-ON_CRACK = 3.0  # Minimum clearness of a cell on a crack. The darkest paths beside cracks have 2 on average
-SHARE_ON_CRACK = 0.5  # The same limit as a fraction of the path's median clearness. The smaller limit counts
+RUNNER_UP = 0.5  # The user must choose if a second line has more than this share of the first line's score
+ON_CRACK = 3.0  # Clearness of a cell on a crack: the darkest paths through bare ground have 2 on average
+SHARE_ON_CRACK = 0.5  # The same limit as a share of the path's own clearness
 PATH_CELLS = 1.5  # Paths closer than this, in cells, are the same
 SEARCH_WIDTHS = 1.0  # The crack's middle is searched for within this many widths to each side of the path
 MIN_BESIDE = 3.0  # Minimum of that distance, in cells
@@ -58,8 +58,8 @@ def find_path(
 ) -> CrackPath:
     """Return the path between the ends, past the via points in their order, inside ``roi_px``.
 
-    If the photo is painted, the path is the middle of the paint. If no ends are given, the path runs from left to right
-    along the found crack with the number ``crack``. The default is the first crack found, if it surely is a crack.
+    In a painted photo the path is the middle of the paint. Without ends it runs from left to right along the found
+    crack with the number ``crack``. Without a number it follows the first found line, if that line surely is a crack.
     Raises InputError if a point is outside the photo or off any crack, or if no crack is found. Raises RivalCracksError
     if several cracks compete.
     """
@@ -94,7 +94,7 @@ class CrackSearch:
         """Return the path along the crack with this number, or along the likeliest crack, from left to right.
 
         Numbers count from 1. Raises InputError if there is no such crack. Without a number, raises RivalCracksError if
-        the first line may not be a crack, if several are about equally likely, or if a gate gives a warning.
+        the first line may not be a crack, if several are about equally likely, or if a gate doubts the path.
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:
@@ -128,7 +128,7 @@ class CrackSearch:
         if doubt:
             raise RivalCracksError(
                 f"{self.photo.file}: no line stands out as the crack. The best line is uncertain: {doubt}. Lines that "
-                f"may be the crack (best first, with the score in % of the best): {self._listed()}. Choose one "
+                f"may be the crack (best first, with the score as a share of the best): {self._listed()}. Choose one "
                 "by its number, for example photo.crack = 2 (in a batch or lab table: 2 in the column crack), or "
                 "give ends_px.",
                 self.cracks,

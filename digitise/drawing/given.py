@@ -64,7 +64,7 @@ class GivenDrawing(Settings):
     depth_mm: Depth
     """Depth of the crack."""
     outline: Layer | None = None
-    """Layer with the crack's edge as a closed line. Default: OUTLINE. The layer ISLANDS then contains the stones."""
+    """Layer with the crack's edge as a closed line. Default: OUTLINE, with stones on ISLANDS."""
     walls: tuple[Layer, Layer] | None = None
     """Two layers. Each contains one wall as an open line."""
     line: Layer | None = None
@@ -86,6 +86,6 @@ class GivenDrawing(Settings):
 
     @property
     def layers(self) -> dict[str, Any]:
-        """Keyword arguments for ``drawn_crack``: outline's layer, walls' layers, or a line's layer and width."""
+        """Keyword arguments of ``drawn_crack``: the layers of outline, walls, or line with its width."""
         along = None if self.line is None else (self.line, self.width_mm)
         return {"outline": self.outline, "walls": self.walls, "line": along}

@@ -42,11 +42,11 @@ MAX_POINTS = 20_000  # Largest number of points on one layer, ten times that of 
 FARTHEST_MM = 1e6  # Largest coordinate: one kilometre from the drawing's origin
 SAG_MM = 0.02  # Largest distance of a curve from its chords, and height range of a level line: 1/5 of a photo's pixel
 MEETS_MM = 1e-3  # Largest gap between two lines that are joined
-COPY_MM = 1e-6  # Lines whose points differ by no more than this are copies, since files round digits
+COPY_MM = 1e-6  # Two lines are copies if their points differ by no more than this: digits are rounded in a file
 FACE, OUTLINE, ISLANDS = "FACE", "OUTLINE", "ISLANDS"
 """Layers of 'sealtwin export': the edge of the sample, the crack's edge, and its stones."""
-MIN_CRACK_MM = 3.0  # Minimum length of a crack: three widths of the finest crack that can be injected
-BESIDE_MM2 = 1e-3  # A smaller area outside another line is ignored: it comes from replacing curves by chords
+MIN_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that can be injected
+BESIDE_MM2 = 1e-3  # An area up to this outside another line comes only from the chords of two curves
 
 
 @dataclass
@@ -61,7 +61,7 @@ class Drawing:
     notes: list[Fact] = field(default_factory=list)
 
     def lines(self, layer: str) -> tuple[list[Floats], list[Floats]]:
-        """Return the closed lines and the open lines of a layer in plan view, in mm, (n, 2) each.
+        """Return the closed lines and the open lines of a layer, each (n, 2), in mm and in plan view.
 
         Lines that meet end to end are joined. A closed line does not repeat its first point. Parts that are not read,
         such as widths of polylines, are listed in ``notes``. Raises InputError if there are no lines, if more than two

@@ -68,7 +68,7 @@ class FacePlane:
         return max(BELOW_MM, BELOW_ROUGHNESS * self.roughness_mm)
 
     def height_mm(self, points_mm: Floats) -> Floats:
-        """Return the height of the plane at points, (n,). ``points_mm`` is x and y, (n, 2)."""
+        """Return the height of the plane at points with x and y, (n,). ``points_mm`` is (n, 2)."""
         return self.place_mm[2] - (points_mm - self.place_mm[:2]) @ self.normal[:2] / self.normal[2]
 
     @property

@@ -30,10 +30,10 @@ from sealtwin.core.records import Booleans, Floats, Outline, Sections
 
 # Limits of the choice of an opening, sizes of the picture, and limits of a path from a file.
 #
-# Each line says why its value was chosen. Areas and fractions accept or refuse a mesh or a path. Sizes of the picture
-# change its appearance, and how precisely a path from a file enters the mouth.
-RIVAL = 0.5  # The choice is ambiguous if a second opening has more than this fraction of the largest opening's area
-PIT_MM2 = 1.0  # Smaller openings are pores. Openings of at least this area beside the crack give a warning
+# Each line says why its value was chosen. Areas and shares accept or refuse a mesh or a path. Sizes of the picture
+# change its look, and how precisely a path from a file enters the mouth.
+RIVAL = 0.5  # The choice is ambiguous if a second opening has more than this share of the largest opening's area
+PIT_MM2 = 1.0  # Another opening of at least this area gives a warning; smaller ones are pores
 SLICE_MM = 1e-3  # Depth below the flat top of a piece of the cavity at which the piece is sliced
 UNDER_MM = 1.0  # Depth below the underside to which the search for a crack through the block extends
 MIN_ACROSS_PX = 10  # Minimum number of pixels over the crack's width. With fewer, a thin mouth could fall into pieces
@@ -41,8 +41,8 @@ ROUND_MM = 15.0  # Width of the picture's margin around the crack, with space fo
 FACE_GREY = 205.0  # Grey of the face
 MOUTH_GREY = 40.0  # Grey of the crack's mouth
 MAX_POINTS, FARTHEST_MM = 20_000, 1e6  # Largest number of points of a path file, and its largest coordinate
-MAX_BESIDE = 0.05  # Largest fraction of a path, between entry and exit, that may be beside the crack
-WHOLE = 0.9  # Minimum fraction of the mouth that a path along the whole crack covers. Oblique ends take the rest
+MAX_BESIDE = 0.05  # Largest share of a path, between entry and exit, that may be beside the crack
+WHOLE = 0.9  # A path along the whole crack covers at least this share of the mouth; oblique ends take the rest
 SPACING_MM = 0.25  # Spacing of points on a path from a file, as for a centreline at 0.1 mm/px
 # Constants of the sections along the crack, and of the picture.
 STATION_MM = 1.0  # Spacing of sections, equal to that of the nozzle's waypoints
@@ -51,11 +51,11 @@ FROM_END = 0.01  # Distance of the first and last depth from the crack's ends, a
 # Number of layers of the cavity, each cut at its middle. At 16 mm depth, a step in the floor is right to 0.2 mm
 LEVELS = 48
 CELLS_ACROSS, MAX_CELLS = 24, 2_000_000  # Cells across the crack's width, and largest number of cells
-ACROSS_PX = 40  # Pixels over a crack's width. The entry of a path into the mouth is right to a fortieth of the width
-LARGEST_PX = 12_000_000  # Largest number of pixels of the picture, as many as a phone's photo has
+ACROSS_PX = 40  # Pixels over a crack's width: a path enters the mouth within a fortieth of the width
+LARGEST_PX = 12_000_000  # Largest number of pixels of the picture, that of a phone's photo
 MAX_LINES = 4000  # Largest number of lines from wall to wall
-SLOW = 1e-2  # Minimum squared pace of a line's points along the crack. At an inner corner they do not move
-PART_WIDTHS = 0.12  # A cell farther than this many widths from every line from wall to wall is not in the main crack
+SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
+PART_WIDTHS = 0.12  # A cell this many widths from every line from wall to wall belongs to another part of the crack
 
 
 AS_READ = "The file is read as x and y in mm, in the mesh's own axes after the face was turned upward."
@@ -80,9 +80,9 @@ class Cavity:
 
 
 def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cavity:
-    """Return the cavity below the opening that contains most points of the path ``on_path_mm``, (n, 2).
+    """Return the cavity below the opening that contains most points of the path.
 
-    If there is no path, the largest opening is used. Openings are searched for ``below_mm`` under the face. Raises
+    Without a path, the largest opening is used. Openings are searched for ``below_mm`` under the face. Raises
     ShapeError if there is no cavity, if two openings may be the crack, or if the crack passes through the underside.
     """
     face = box_region(block.face_mm)
@@ -133,7 +133,7 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
 
 
 def _inside(region: CrossSection, points_mm: Floats) -> Booleans:
-    """Return True for each point that is inside a region, (n,), that is, inside an odd number of the region's rings."""
+    """Return True for each point that is inside a region, (n,). Such points are inside an odd number of its rings."""
     return np.logical_xor.reduce([points_in_poly(points_mm, ring) for ring in region.to_polygons()])
 
 
@@ -190,7 +190,7 @@ def read_path(path: Path) -> Floats:
 def in_mouth(mouth: CrossSection, line_mm: Floats) -> Floats:
     """Return the part of a line between its first and last point in the crack's mouth, evenly spaced.
 
-    Raises ShapeError if too much of that part is outside the mouth.
+    Raises ShapeError if too much of it is outside the mouth.
     """
     even_mm = resampled(line_mm, SPACING_MM)
     inside = _inside(mouth, even_mm)

@@ -54,8 +54,8 @@ STATIONS = 16  # Stations of the outline per width
 SMOOTHING, RETURNS = 0.25, 4
 # Circles that fit between the walls grow from a corner: distance of measurement, and largest growth off a corner
 OPENS_OVER, OPENS = 0.25, 0.15
-END_WIDTHS = 2.0  # A crack that continues more than this many widths beyond a path from a file is cut
-ON_SIDE_MM = 1e-3  # The rim is an open end if it is this close to the face's edge
+END_WIDTHS = 2.0  # A crack that ends within this many widths beyond a path from a file ends there; a longer one is cut
+ON_SIDE_MM = 1e-3  # The rim is an opening within this distance of the face's edge
 ARM_GAP = 0.1  # Gap between a side arm and the circles in the main crack
 # Minimum depth of a side arm, divided by the width of its mouth. At a bend, outer corners are shallower than the second
 DEEP, DEEP_AT_BEND = 0.75, 2.0
@@ -85,11 +85,11 @@ class _End:
 
 
 def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None = None) -> MouthLine:
-    """Return the line along the longest path through the mouth, or along the path between two points, (2, 2).
+    """Return the line along the longest way through the mouth, or along the way between two points, (2, 2).
 
     An open end is on the edge of the face, half way between the walls. A closed end is where the straight continuation
-    of the middle meets the rim. A crack that continues past the points ``between_mm`` is cut there, square to the line.
-    Islands count as crack, and side arms do not. Raises ShapeError if the mouth is a ring or too short, or if
+    of the middle meets the crack's front. A crack that continues past the points ``between_mm`` is cut there, square to
+    the line. Islands count as crack, and side arms do not. Raises ShapeError if the mouth is a ring or too short, or if
     its walls do not face each other along one line.
     """
     rings_mm = [np.asarray(ring, dtype=float) for ring in mouth.to_polygons()]
@@ -229,14 +229,11 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
 
 
 def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, whole: bool) -> _End:
-    """Return the end of the crack before the first point of a path.
-
-    ``whole`` is True if the path leads to the crack's ends, and False if it may stop before them.
-    """
+    """Return the end of the crack before the first point of a path. A ``whole`` path leads to the crack's own ends."""
     s_mm, begin = arc_length(path_mm), 0
     radius_mm = np.asarray(KDTree(ring_mm).query(path_mm)[0])
     if whole:
-        # At a blunt end, a skeleton turns into a corner, where the circles that fit shrink fast.
+        # A skeleton turns into a corner of the front. There the circles that fit shrink fast.
         grows_mm = np.interp(s_mm + OPENS_OVER * width_mm, s_mm, radius_mm) - radius_mm
         begin = int(np.argmax(grows_mm < OPENS * OPENS_OVER * width_mm))
     inner = int(np.searchsorted(s_mm, s_mm[begin] + max(radius_mm[begin], OPENS_OVER * width_mm)))
@@ -265,7 +262,7 @@ def _corner(ring_mm: Floats, begin: float, end: float) -> float:
 
 
 def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> tuple[float, float]:
-    """Return the distance at which a ray from inside the ring first meets the ring, and the position on the ring."""
+    """Return the distance at which a ray from inside the ring first meets it, and that position on the ring."""
     step, gap = np.roll(ring_mm, -1, axis=0) - ring_mm, ring_mm - place_mm
     turn = cross(ahead, step)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -16,18 +16,17 @@ from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-WORK_PX = 800  # Longer side of the copy in which the face is searched for. Its edges are refined on the photo itself
-REACH = 0.012  # An edge is refined within this distance of the rough edge, as a fraction of the photo's longer side
-MIN_AREA = 0.1  # Smallest area of a face, as a fraction of the photo's area
-# Minimum margin around a detected face, as a fraction of the photo's shorter side. A region at the border is a board
+WORK_PX = 800  # Longer side of the copy in which the face is searched for; its edges are refined on the photo itself
+REACH = 0.012  # Distance to either side of a rough edge within which it is refined, over the photo's longer side
+MIN_AREA = 0.1  # Smallest area of a face, over the photo's
+# Least margin around a detected face, over the photo's shorter side: what reaches the border is a board
 MIN_MARGIN = 0.02
-MIN_FILLED = 0.7  # Minimum fraction of its convex hull that a face, without its crack and pores, fills
-MAX_SLENDER = 1.6  # Largest logarithm of the aspect ratio of a face of unknown size. Straight cracks are longer
-# A crack may divide a face. Smallest area of a part, as a fraction of the largest part. Markers are a tenth of a face
-MIN_PART = 0.3
-# Largest logarithm of the face's aspect ratio in the photo, divided by face_mm's. Perspective changes it far less
+MIN_FILLED = 0.7  # Smallest share of its convex hull that a face fills, without its crack and pores
+MAX_SLENDER = 1.6  # Largest logarithm of the aspect ratio of a face of unknown size; a straight crack is longer
+MIN_PART = 0.3  # Smallest part of a face that a crack divides, over the largest part; markers are a tenth of a face
+# Largest logarithm of the ratio of a face's aspect to that of face_mm; perspective changes it far less
 ASPECT_TOLERANCE = 0.2
-MAX_FORESHORTENED = 0.7  # The same for corners from the user, with a camera up to 60 degrees off square
+MAX_FORESHORTENED = 0.7  # The same for corners from the user, for a camera 60 degrees off; a wrong order gives more
 # Standard deviation of a corner's coordinates: clicked, and found by edges with a soft shadow
 CLICKED_PX, FOUND_PX = 1.0, 0.5
 FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm at two sigma
@@ -61,7 +60,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
     fit = fit_corners(corners_px, rectangle(face_mm), noise_px)
     places = places_px(fit.view, face_mm)
     mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
-    # The scale is the geometric mean of both directions, so that each side contributes half of its error.
+    # The scale is the geometric mean of both directions, to which each side contributes half.
     by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
     return Scale(
         view=fit.view,
@@ -101,8 +100,8 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
 def see_face(brightness: Map) -> Floats | None:
     """Return the corners of a face of unknown size, (4, 2) in px. None if no filled region has four straight sides.
 
-    All four edges must be inside the photo. The search for a crack is limited to the face, because otherwise the shadow
-    of the face would be the longest dark line.
+    Without these corners the shadow of a face would be the longest dark line in the photo. All four edges must be
+    inside the photo.
     """
     face = _face(brightness)
     if face is None:
@@ -144,7 +143,7 @@ def _rough_corners(brightness: Map) -> Floats | None:
     hull_px2 = cv2.contourArea(hull)
     if len(quad) != 4 or hull_px2 < MIN_AREA * label.size or parts.sum() < MIN_FILLED * hull_px2:
         return None
-    # OpenCV's clockwise order is counter-clockwise in the picture, since y is down. The lower left corner is first.
+    # OpenCV's clockwise is counter-clockwise as seen, since y is down. The lower left corner is the first.
     return (np.roll(quad, -int(np.argmax(quad @ (-1, 1))), axis=0) + 0.5) / scale - 0.5
 
 

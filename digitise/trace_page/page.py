@@ -33,8 +33,8 @@ DOOR = """<!doctype html>
 <a href="{url}">The trace page</a>
 """
 Content = tuple[bytes, str]  # Body and media type of the response to a GET
-LARGEST_BODY_BYTES = 400_000  # Largest body of a request. The drawn walls and strokes of a trial may need as much
-SLOW_S = 2.0  # Timeout of a connection in s. Requests of the page arrive in milliseconds
+LARGEST_BODY_BYTES = 400_000  # Largest body of a request: a trial may have as many drawn walls and strokes
+SLOW_S = 2.0  # Longest silence on a connection in s; requests of the page arrive in milliseconds
 SECURITY_HEADERS = {
     # No foreign content, no inline scripts, no frames.
     "Content-Security-Policy": (

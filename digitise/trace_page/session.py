@@ -294,8 +294,7 @@ class TraceSession:
 def _scale_answer(photo: Photo, refused: str | None, by_edges: bool) -> Answer:
     """Return the scale as fields of an answer.
 
-    ``corners_px`` are the face's corners if they were found by the face's edges. The user can adjust these corners. In
-    all other cases it is None.
+    ``corners_px`` are the face's corners if its edges gave them, and None otherwise. The user can adjust them.
     """
     in_mm = photo.unit == "mm"
     rings = {"face_px": photo.face_ring_px, "corners_px": photo.face_px if by_edges else None}

@@ -57,8 +57,8 @@ WIDTH_ERROR = 0.10  # Relative uncertainty of the mean width that the profile do
 def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: Mask, insisted: bool = False) -> Traced:
     """Return the crack between the rims of the dark region along ``path``, at ``wall_share`` of the contrast.
 
-    ``hidden`` pixels are ignored. Raises InputError if the region is too narrow, or does not stand out from the ground
-    as a crack does. If a user has ``insisted`` on the region by strokes, it is accepted with a larger uncertainty.
+    Pixels that are ``hidden`` do not count. Raises InputError if the region is too narrow. Raises InputError also if it
+    does not stand out from the ground as a crack does, unless a user has ``insisted`` on it by strokes.
     """
     factor = max(1, int(path.width_px / ENOUGH_PX))
     if factor > 1:

@@ -69,7 +69,7 @@ BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bri
 
 
 BY_STROKES = "walls.plausible"
-"""Beginning of the keys of warnings about walls that the user may answer by drawing strokes."""
+"""First part of the key of doubts about walls that drawn strokes may settle."""
 
 
 def with_doubts(outline: Outline, *doubts: Fact, **fields: Any) -> Outline:

@@ -1,9 +1,9 @@
-"""Change the photo near lines that a user drew, so that the walls are then measured at these lines.
+"""Change the photo where a user drew, so that the walls are then measured where they were drawn.
 
-The area between the path and a line along a wall, or a stroke over crack, is surely crack. The area beyond a line along
-a wall, or a stroke over ground, is surely ground. Near a stroke over crack, pixels become crack if their
-lightness is closer to the lightness under the stroke than to the ground's. Near a stroke over ground, pixels become
-ground if their lightness is closer to the lightness under the stroke than to the crack's. A few strokes are therefore
+Everything between the path and a line along a wall, or a stroke over crack, is surely crack. Everything beyond a line
+along a wall, or a stroke over ground, is surely ground. Near a stroke over crack, pixels become crack if their
+lightness is nearer to the lightness under the stroke than to the ground's. Near a stroke over ground, pixels become
+ground if their lightness is nearer to the lightness under the stroke than to the crack's. Therefore a few strokes are
 enough.
 """
 
@@ -28,8 +28,8 @@ Kind = Literal["crack", "ground", "wall"]
 
 # Constants of drawn lines. "widths" are widths of the path.
 #
-# A longer ``REACH`` needs fewer strokes, but moves more walls that were right.
-# Largest number of points of a resampled line. They are a pixel apart, or farther apart if the line is longer
+# A longer ``REACH`` needs fewer strokes, and moves more walls that were right.
+# Largest number of points to which a line is resampled, a pixel apart, or farther apart for a longer line
 MAX_POINTS = 5000
 BRUSH_PX = 3  # Width of a stroke
 MAX_AWAY = 3.0  # A line must be within this many widths, or twice ``snap_px``, of the path, except over ground
@@ -46,7 +46,7 @@ class ByHand(NamedTuple):
     """The photo after the changes by drawn lines."""
 
     photo: Photo
-    decided: Mask | None = None  # 255 on pixels that lines decide, 0 elsewhere. None if there are no lines
+    decided: Mask | None = None  # 255 on pixels that lines decide, 0 elsewhere; None without lines
     warnings: Facts = ()
 
 
@@ -62,7 +62,7 @@ class _Line(NamedTuple):
 def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     """Return the photo, changed by the drawn lines of ``settings``.
 
-    Raises InputError for lines that contradict each other, that are not on this crack, or that mark its path as ground.
+    Raises InputError for lines that contradict each other, that leave this crack, or that mark its path as ground.
     """
     if not settings.drawn_by_hand:
         return ByHand(photo)
@@ -70,7 +70,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     lines, light = _lines(photo, path, settings, width_px, warnings), photo.brightness.copy()
     sure, decided = np.zeros((2, *light.shape), np.uint8), np.zeros(light.shape, np.uint8)
     dark, reach_px = float(np.median(sampled(light, path.points_px))), max(REACH * width_px, REACH_PX)
-    # Lines along walls come last, so that comparisons of lightness do not change their areas.
+    # What is surely crack or ground comes last, so that no lightness changes it.
     for line in sorted(lines, key=lambda line: line.kind == "wall"):
         low, window = window_around(line.place_px, reach_px, photo.size_px)
         part, line_px, foot = light[window], line.place_px - low, line.foot_px - low
@@ -82,7 +82,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
         if line.kind == "ground" and beyond < between:
             raise InputError(
                 f"{photo.file}: {line.name}, at {listed(line.place_px[:1])} px, has darker ground beyond it than "
-                "between it and the path. If the crack runs elsewhere, give via_px there."
+                "between it and the path. If the crack takes another way, give via_px there."
             )
         if line.kind != "wall":
             soft = blurred(lightness(part), SOFT_PX)
@@ -124,9 +124,9 @@ def _stroke(shape: tuple[int, ...], line: Floats, width: float) -> Booleans:
 
 
 def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float, warnings: list[Fact]) -> list[_Line]:
-    """Return the drawn lines beside the path. For each stroke over ground elsewhere, add a warning to ``warnings``.
+    """Return the drawn lines beside the path, and add a warning for each stroke over ground elsewhere.
 
-    Raises InputError for a line that leaves the photo, is not on this crack, or crosses the crack.
+    Raises InputError for a line that leaves the photo, is not on this crack, or crosses it.
     """
     way_px = resampled(path.points_px, 1.0)
     tree, (width, height) = KDTree(way_px), photo.size_px
@@ -161,7 +161,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float,
             if kind != "crack" and away_px.min() < BRUSH_PX / 2:
                 raise InputError(
                     f"{photo.file}: {name}, crosses the crack at {listed(place_px[[away_px.argmin()]])} px. Draw it "
-                    "on one side of the path. If the crack runs elsewhere, give via_px there, or paint the crack "
+                    "on one side of the path. If the crack takes another way, give via_px there, or paint the crack "
                     "in photo.mask."
                 )
             lines.append(_Line(kind, name, place_px, way_px[nearest]))

@@ -11,11 +11,12 @@ from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
-"""Largest values for which the model is valid: slope that walls support, height of a mound in mm, filled fraction of
-the crack, and level above the face in mm."""
+"""Limits of the model: largest slope that walls support, height of a mound in mm, filled fraction of the crack, and
+level above the face in mm."""
 MAX_MISFIT = 0.05
-"""Largest relative error of the sections for which the model is valid: of the area below a level, if walls of a mesh
-are replaced by trapezoids, and of the total volume. At a depth of 10 mm, levels are then wrong by half a millimetre."""
+"""Limit, as a fraction, for two differences: between the areas below a level of a mesh's sections and of trapezoids,
+and between the volumes of the sections and of the crack. At a depth of 10 mm, levels are then wrong by half a
+millimetre."""
 MAX_HELD_MM, MAX_DRAGGED = 0.5, 0.25
 """Limits for narrow positions of a crack: largest step of the level in mm that they may support in addition to the
 sections, and largest drag that they may add to a liquid, as a length divided by the crack's length. At both limits, a
@@ -37,9 +38,9 @@ class Fitness:
     above_mm: float = 0.0
     """Highest level of the sealant above the face. It is 0 if the sealant is below the face."""
     misfit: float = 0.0
-    """Relative error of the area below a level, if the sections of a mesh are replaced by this model's trapezoids."""
+    """Difference between the areas below a level of a mesh's sections and of this model's trapezoids, as a fraction."""
     left_out: float = 0.0
-    """Fraction of the crack's volume that is not in this model's sections: side cracks, and space under the face beyond
+    """Fraction of the crack's volume that this model's sections leave out: side cracks, and space under the face beyond
     the ends of the mouth. It is negative if the sections have more volume than the crack."""
     held_mm: float = 0.0
     """Step of the level in mm that stones, walls across the crack and necks support, in addition to the sections."""
@@ -95,7 +96,7 @@ class Fitness:
             self.misfit <= MAX_MISFIT,
             "walls",
             "The walls of this mesh are not straight: the area of a section below a level differs by "
-            f"{self.misfit:.0%} from the area of this model's trapezoids. At most {MAX_MISFIT:.0%} is allowed.",
+            f"{self.misfit:.0%} from that of this model's trapezoids. At most {MAX_MISFIT:.0%} is allowed.",
             self.misfit,
         )
         unless(

@@ -14,10 +14,10 @@ from sealtwin.core.records import Floats, Outline, Solid
 
 NARROWEST_MM = 0.05  # Smallest width of a section whose walls meet, so that every area has a depth
 ROUND_CORNERS = 4 - np.pi
-"""Area of unmoved paste in the four square corners of a section and its mirror image, divided by the square of the
-corners' radius: a square of side 2, minus its inscribed circle."""
+"""Twice the area of unmoved paste in a corner, divided by the square of the radius: a square less its inscribed
+circle."""
 COMPARED = 17  # Number of levels at which a trapezoid is compared with a section of a mesh
-INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a level above the face: largest number, and size of the last step
+INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a level above the face: largest number, length of the last one
 
 
 @dataclass(frozen=True)
@@ -115,9 +115,9 @@ class Trapezoids:
 def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: float) -> Trapezoids:
     """Return the sections of equal cells, from the traced walls, the depth and the areas of the solid's sections.
 
-    A trapezoid has the area of its section and one of its widths: the width of the floor if the walls flare, and
-    otherwise the width of the mouth. If walls meet above the floor, the section ends where they meet. Walls of a mesh
-    may not be straight. ``trapezoid_misfit`` measures how much they differ from trapezoids.
+    A trapezoid has the area of its section and one of its widths: the floor's if the walls flare, and the mouth's
+    otherwise. If walls meet above the floor, the section ends at the line where they meet. Walls of a mesh need not be
+    straight: ``trapezoid_misfit`` measures their difference from trapezoids.
     """
     s_mm = (np.arange(cells) + 0.5) * outline.length_mm / cells
     width_mm = np.maximum(_means(s_mm, outline.s_mm, outline.width_mm), NARROWEST_MM)
@@ -141,10 +141,9 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
 
 
 def trapezoid_misfit(sections: Trapezoids, solid: Solid) -> float:
-    """Return the error of the areas below a level, compared with the solid's sections, as a fraction of the full area.
+    """Return the error of the areas below a level, compared with the solid's table, as a fraction of the full section.
 
-    It is the mean along the crack at the level with the largest mean. It is 0 if the solid was not made from a mesh,
-    because its walls are then straight.
+    It is the mean along the crack, at the level with the largest mean. It is 0 for built walls, which are straight.
     """
     if not solid.sections.by_level:
         return 0.0
