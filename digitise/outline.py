@@ -53,7 +53,7 @@ BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
 
 
 REGION = (
-    "the ground is too coarse to follow each wall. The walls are the rims of the dark region along the path, "
+    "the ground is too coarse to follow the walls. They are the rims of the dark region along the path, "
     "each moved as a whole to its contrast threshold (95 % interval of the mean width: {:.3g} to {:.3g} {}). "
     "Check the lines over the photo (overlay.png)"
 )
