@@ -108,7 +108,7 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
 
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Return the outline for ``trace_outline``, without the check of the ground beyond the outline's ends."""
+    """Return the outline for ``trace_outline``, which then checks the ground beyond the outline's ends."""
     if settings.mean_width_mm is not None:
         shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:

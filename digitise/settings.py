@@ -162,10 +162,10 @@ class PhotoInput(Settings):
     """Fraction of the step in brightness from crack to mortar at which a wall is placed. 0.5 is the middle of a blurred
     edge. 0.7 includes more of a lit wall. Beyond the bounds, noise in the crack or the mortar would place the walls."""
     width_mm: OneOrSeveral[Width, WidthTable] | None = None
-    """Width of the crack, measured with a gauge or a microscope. It replaces the width in the photo. Give one number,
-    or a table of [s, width] rows along the crack from the nozzle's start. The width is linear between rows and constant
-    beyond them. Its uncertainty is width_mm in [uncertainty]. Default: the width is measured between the walls in the
-    photo, or fitted to the brightness profile of a crack below 8 px."""
+    """Width of the crack, measured with a gauge or a microscope, instead of the photo's width. Give one number, or a
+    table of [s, width] rows along the crack from the nozzle's start. The width is linear between rows and constant
+    beyond them. Its uncertainty is width_mm of [uncertainty]. Default: measured between the walls, or fitted to the
+    profile of a crack below 8 px."""
     mean_width_mm: Width | None = None
     """Mean width of the crack, measured with a gauge or assumed for a test. All widths, from the photo or width_mm, are
     scaled so that their mean is this width."""

@@ -51,7 +51,7 @@ def opened(block: FluidBlock, radius_mm: float) -> Hollow:
         return Hollow(Box((back, right, 0.0), (end, left, top)))
     if block.onto == "open":
         return Hollow(Box((back - end, right - end, 0.0), (end, left + end, top)))
-    # The plate extends beside the walls, for fluid that flows around their ends.
+    # Beside the walls the plate goes on, for fluid that flows round their ends.
     walls = (
         Box((back - wall, right - wall, 0.0), (back, left + wall, top)),
         Box((back, right - wall, 0.0), (0.0, right, top)),
@@ -128,7 +128,7 @@ def release(
 
 
 def _outermost_mm(loose: LooseFluid, block: FluidBlock) -> float:
-    """Return the largest distance of the fluid from the gate and from the block's sides, outward, in mm."""
+    """Return how far the fluid extends from the block towards the plate's edges, in mm."""
     x, y, _ = loose.place_mm.T
     beside = float(np.abs(y).max()) - block.width_mm / 2
     behind = -block.length_mm - float(x.min()) if block.onto == "open" else 0.0

@@ -49,7 +49,7 @@ COLUMNS = (
 compressions of moving particles, divided by the rest density. Iterations per substep, and ms per frame, are means since
 the row before. Errors and iterations are empty if nothing moved."""
 ROWS_EVERY = 10  # Number of frames per row
-PROGRESS_EVERY_S = 1.0  # Smallest wall time in s between two writes of the progress
+PROGRESS_EVERY_S = 1.0  # Wall time in s after which the progress is written again
 
 
 class Checkpoint(Watcher):
@@ -225,7 +225,7 @@ class StillThere(Watcher):
 class ProgressFile(Watcher):
     """Watcher that writes the progress of a run into a small JSON file for other programs, at most once a second.
 
-    If it is used as a context manager around the run, it also writes how the run ended.
+    Used as a context around the run, it also writes how the run ended.
     """
 
     def __init__(self, path: Path) -> None:
@@ -246,7 +246,7 @@ class ProgressFile(Watcher):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, _: TracebackType | None) -> None:
-        # If the file does not exist, the folder was removed. It is not made again.
+        # If the file is gone, the folder was removed, and is not made again.
         if self._injection is not None and self._path.is_file():
             stopped = kind is not None and issubclass(kind, KeyboardInterrupt)
             state = "finished" if kind is None else "interrupted" if stopped else "failed"
@@ -254,7 +254,7 @@ class ProgressFile(Watcher):
 
     def _write(self, run: Injection, state: str, fault: str | None = None) -> None:
         self._written = time.monotonic()
-        # If all sealant is at rest, a run ends before its last frame.
+        # A bed at rest ends a run before its last frame.
         frames = run.done if state == "finished" else run.frames
         content = {
             "version": 1,
