@@ -49,7 +49,7 @@ def mask_png(outline: Outline, name: str) -> bytes:
 
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
-    """Return a DXF (R2010) drawing in mm. x and y are those of the outline, and z = 0 is the face.
+    """Return a DXF (R2010) drawing in mm, in the coordinates of the outline. z = 0 is the face.
 
     The nozzle path is a polyline in space.
     """

@@ -36,14 +36,14 @@ from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import SIDES, Floats, Integers, Outline, WallMethod, WallStretch, WidthSource
 from sealtwin.core.solid_figures import Span
 
-# Sigma of the walls' smoothing along the crack; it removes noise from grain and keeps the edge of a sand grain
+# Sigma of the walls' smoothing along the crack. It removes noise from grain and preserves the edge of a sand grain
 WALL_SMOOTHING_PX = 2.0
-MAX_TRIMMED = 0.02  # Largest share of the crack's area that may be cut off where its walls cross
-# A table of widths may be shorter than the crack by this without a warning, since ends are as uncertain
+MAX_TRIMMED = 0.02  # Largest fraction of the crack's area that may be cut off where its walls cross
+# A table of widths may be this much shorter than the crack without a warning, since ends are equally uncertain
 TABLE_SHORT_MM = 2.0
 CLICKED = ("ends", "via", "mask")  # Sources of paths whose ends a person chose
-MIN_FITTED_PX = 1.7  # Least fitted width: 2 px, less the 15 % that such a fit may be off
-RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
+MIN_FITTED_PX = 1.7  # Smallest fitted width: 2 px, minus the 15 % by which such a fit may be off
+RIM = 0.5  # Fraction of the contrast that defines the rim of the paint. Blur does not move this rim
 BRUSH_PX = 1.0  # Half of the 95 % interval of a painted width that the photo does not confirm
 
 
@@ -52,15 +52,15 @@ BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
 
 
 REGION = (
-    "the ground is too coarse to follow the walls one by one. They are the rims of the dark region along the path, "
-    "each moved as a whole to its share of the contrast (95 % interval of the mean width: {:.3g} to {:.3g} {}). "
+    "the ground is too coarse to follow the walls. They are the rims of the dark region along the path, "
+    "each moved as a whole to its contrast threshold (95 % interval of the mean width: {:.3g} to {:.3g} {}). "
     "Check the lines over the photo (overlay.png)"
 )
-# A fitted width that is this many times that of a darker line between the walls is not the line's width
+# If a fitted width is this many times the width of a darker line between the walls, the fit did not measure that line
 FITTED_INSIDE = 1.7
 LINE_INSIDE = (
-    "between the walls, which are {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, as a "
-    "crack in a joint or a wet strip is. The interval covers both widths. Check the lines over the photo "
+    "between the walls, which are {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, like "
+    "a crack in a joint or a wet strip. The interval covers both widths. Check the lines over the photo "
     "(overlay.png). If that line is the crack, give width_mm"
 )
 BAND = (
@@ -88,10 +88,10 @@ BRIDGED: tuple[WallMethod, str] = (
 
 
 def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
-    """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
+    """Measure the crack along ``path``: between its walls or, if it is too thin for that, by a fit of its profile.
 
     Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set,
-    if the crack is too thin for the fit, or if a fit is impossible between clicks. Raises InputError if
+    if the crack is too thin for the fit, or if the fit fails for a path that the user clicked. Raises InputError if
     ``outline_by_walls`` does, if a thin crack or the ground next to it is hidden, or if walls were drawn for an outline
     without walls.
     """
@@ -117,7 +117,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
             outline = outline_by_walls(with_drawn(photo, path, settings), path, settings)
-            # Of a dark crack in a grey band, as a joint, the crack is measured, and both widths are named.
+            # If a dark crack is in a grey band, such as a joint, the crack is measured. The warning states both widths.
             inner = None if by_hand or path.source == "mask" else darker_line(photo, path, outline)
             if inner is None:
                 return outline
@@ -152,10 +152,10 @@ def _is_light(photo: Photo, path: CrackPath) -> bool:
 
 
 def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_px: float = MIN_WIDTH_PX) -> Outline:
-    """Measure a crack between its walls. The ring includes side cracks if they are kept.
+    """Measure a crack between its walls. The outline includes side cracks if ``settings.branches`` is "keep".
 
-    At an open end the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short or
-    its walls are not found. Raises TooThinError if blur would decide its width, or if its width is below ``least_px``.
+    At an open end, the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short
+    or its walls are not found. Raises TooThinError if the width is below ``least_px`` or mostly blur.
     """
     photo, painted = hand.photo, path.source == "mask"
     shown, share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
@@ -174,7 +174,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     if not painted:
         outline = with_bands(photo, outline, around.hidden)
         missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
-    # Paint has no blur that could be mistaken for width.
+    # Paint is not blurred, so thin side cracks can be measured.
     least_px = 0.0 if painted else MIN_WIDTH_PX
     outline = with_side_cracks(photo, outline, around.side_cracks, settings.branches == "keep", least_px)
     islands_mm = tuple(ring for ring in around.islands_mm if points_in_poly(ring, outline.outline_mm).all())
@@ -214,7 +214,7 @@ def outline_along(
         text = f"{share:.0%} of the walls follow lines drawn by hand"
         warnings.append(doubt("walls.drawn", text, share))
     if source == "none":
-        # The ring of a path runs forth and back, without area.
+        # The ring of a path follows it forth and back, and encloses no area.
         left_mm = right_mm = centreline_mm
         ring_mm = np.concatenate([centreline_mm, centreline_mm[-2:0:-1]])
     else:
@@ -246,18 +246,19 @@ def _origins(outline: Outline, methods: Integers) -> tuple[WallStretch, ...]:
     for side, numbers in zip(SIDES, methods, strict=True):
         for begin, end in pairwise([0, *np.flatnonzero(np.diff(numbers)) + 1, len(numbers) - 1]):
             method, why = origins[numbers[begin]]
-            # Of a width on average, each wall has half.
+            # Each wall has half of the mean width's uncertainty.
             doubt_mm = None if both_mm is None or numbers[begin] else (both_mm[0] / 2, both_mm[1] / 2)
             stretches.append(WallStretch(s_mm[begin], s_mm[end], side, method, doubt_mm, why))
     return tuple(stretches)
 
 
 def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outline:
-    """Return the outline of a thin crack with a fitted width. Below ``MIN_FITTED_PX`` it has no walls.
+    """Return the outline of a thin crack with a fitted width. If the width is below ``MIN_FITTED_PX``, it has no walls.
 
-    ``band_mm`` is the width of a grey band around the crack, if it is known.
+    ``band_mm`` is the width of a grey band around the crack. None if it is not known. Raises InputError if the width
+    may be 0.
     """
-    # An enlarged photo shows no more than the smaller one that it was made from.
+    # If a photo was enlarged, the smaller copy shows as much as the photo.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
     copy, narrow = smaller(photo, factor), path.in_copy(factor)
     try:
@@ -310,7 +311,7 @@ def _dark_mm(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> floa
 
 
 def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
-    """Return the line down the middle of a crack, without walls. It is between the walls if they are found."""
+    """Return the line along the middle of a crack, without walls. If walls are found, it is half way between them."""
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(InputError):
             outline = outline_by_walls(ByHand(photo), path, settings)
@@ -320,7 +321,10 @@ def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
 
 
 def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> Outline:
-    """Return the outline whose walls have the given widths about the crack's middle."""
+    """Return the outline whose walls are half of the given width to each side of the crack's middle.
+
+    ``width_mm`` is rows of arc length and width, (k, 2).
+    """
     s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
     half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal
     traced = replace(traced, left_mm=traced.line_mm + half_mm, right_mm=traced.line_mm - half_mm)
@@ -336,7 +340,10 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
 
 
 def _stations(photo: Photo, traced: Traced) -> tuple[list[Floats], Integers]:
-    """Return centreline, left and right wall at even stations, and the walls' methods, (2, n), with 1 for bridged."""
+    """Return centreline, left and right wall at even stations, (n, 2) each, and the walls' methods, (2, n).
+
+    A method is 1 if the wall is bridged at the station, and 0 otherwise.
+    """
     s_mm, walls_mm = arc_length(traced.line_mm), (traced.left_mm, traced.right_mm)
     sigma = WALL_SMOOTHING_PX / STATION_PX
     smooth_mm = (polyline.without_loops(polyline.smoothed(wall_mm, sigma)) for wall_mm in walls_mm)
@@ -360,7 +367,7 @@ def _stations(photo: Photo, traced: Traced) -> tuple[list[Floats], Integers]:
 
 def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
     """Return both walls as one ring on the face. Raises InputError if they cross each other."""
-    # At a sharp corner one wall may just touch the other.
+    # At a sharp corner, one wall may touch the other.
     whole = np.concatenate([right_mm, left_mm[::-1]])
     ring = polyline.uncrossed(whole)
     if len(ring) < 3 or polyline.signed_area(ring) < (1 - MAX_TRIMMED) * polyline.signed_area(whole):

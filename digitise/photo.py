@@ -20,18 +20,18 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats
 
-RING_POINTS = 32  # Points on each side of the face: between two of them, a lens of k1 = -0.2 bends the side by 0.01 px
+RING_POINTS = 32  # Points on each side of the face. Between two, a lens with k1 = -0.2 bends the side by 0.01 px
 CLICK_PX = 1.0  # Standard deviation of each coordinate of a click
 SHORTEST_RULER_PX = 50.0  # Shortest ruler: two clicks on it make every length uncertain by 3 %
-TILT_COST = 0.0035  # Standard uncertainty for a hand-held camera: 3 degrees of tilt at 0.12 % each, on synthetic photos
+TILT_COST = 0.0035  # Relative standard uncertainty from tilt: 3 degrees by hand, 0.12 % each, on synthetic photos
 TILT_WARNING = (
     "a ruler does not show tilt: lengths are wrong by up to 3.5 % if the camera is 5 degrees off square, and by up "
     "to 7 % at 10 degrees. Give markers or the face's corners to measure the tilt"
 )
 SAME_SCALE = 0.01  # Largest relative difference of two scales that agree
-EDGE_PX = 3  # Pixels at the edge of the face that mix with its surroundings
-MARKER_MARGIN = 1.3  # Size of a marker with its white rim, over the size of its black square
-# A scale with a larger standard uncertainty gives a warning; a crack's width is reported to twice that
+EDGE_PX = 3  # Number of pixels along the edge of the face that mix with the surroundings
+MARKER_MARGIN = 1.3  # Size of a marker with its white rim, divided by the size of its black square
+# A larger relative standard uncertainty of the scale gives a warning. Widths are reported with twice this uncertainty
 SCALE_ERROR = 0.01
 
 
@@ -48,12 +48,12 @@ class Photo(Pixels, Scale):
         return self.view.to_px(points_mm)
 
     def in_both_units(self, **lines_mm: Floats) -> dict[str, Any]:
-        """Return lines on the face as a dict with two keys each: ``<name>_mm``, and ``<name>_px`` in pixels."""
+        """Return a dict of lines on the face. A line has two keys: ``<name>_mm``, and ``<name>_px`` in pixels."""
         in_px = {f"{name}_px": self.to_px(line_mm) for name, line_mm in lines_mm.items()}
         return {f"{name}_mm": line_mm for name, line_mm in lines_mm.items()} | in_px
 
     def length(self, length_px: float) -> str:
-        """Return a length as text, such as "9.4 mm (94 px)". It is "94 px" if the photo has no scale."""
+        """Return a length as text, such as "9.4 mm (94 px)", or "94 px" if the photo has no scale."""
         in_px = f"{length_px:.0f} px"
         return in_px if self.unit == "px" else f"{length_px * self.mm_per_px:.2g} mm ({in_px})"
 
@@ -70,7 +70,7 @@ class Photo(Pixels, Scale):
 
     @cached_property
     def face_ring_px(self) -> Floats | None:
-        """Edge of the face in px, as a ring of points from the lower left corner. A lens bends it."""
+        """Edge of the face as a ring of points from the lower left corner, in px, (n, 2). A lens bends the edge."""
         if self.face_mm is None:
             return None
         start = rectangle(self.face_mm)[:, None]
@@ -105,7 +105,7 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
 
 
 def beside_markers(photo: Photo, settings: PhotoInput) -> Facts:
-    """Return a warning if the photo shows markers, its scale is typed or from a ruler, and the two scales differ."""
+    """Return a warning if the photo shows markers whose scale differs from a typed scale or from a ruler's scale."""
     dictionary, corners_px = seen_markers(photo) if settings.mm_per_px or settings.ruler_px else ("", {})
     sides_px = [side_lengths(quad) for quad in corners_px.values()] or PRINTED_MM / photo.mm_per_px
     side_mm = photo.mm_per_px * np.median(sides_px)
@@ -120,9 +120,9 @@ def beside_markers(photo: Photo, settings: PhotoInput) -> Facts:
 
 
 def offer_of_markers(photo: Path) -> str:
-    """Return a sentence, after a space, about the markers in a photo without a scale.
+    """Return a sentence about the markers in a photo without a scale. The sentence begins with a space.
 
-    Returns an empty text if the photo shows none or cannot be read.
+    Returns an empty text if the photo shows no markers or cannot be read.
     """
     with suppress(InputError):
         dictionary, corners_px = seen_markers(pixels_of(read_photo(photo), photo))
@@ -163,7 +163,10 @@ def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
 
 
 def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
-    """Return the scale from two points and their distance. Raises InputError for points outside or too close."""
+    """Return the scale from two points and their distance.
+
+    Raises InputError if a point is outside the photo or if the points are too close together.
+    """
     points_px = np.array(ends_px, dtype=float)
     length_px = float(np.linalg.norm(points_px[1] - points_px[0]))
     inside = np.all(depth_inside(points_px, (-0.5, -0.5, size_px[0] - 0.5, size_px[1] - 0.5)) >= 0)
@@ -177,7 +180,7 @@ def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: tuple[int, int
     return replace(
         given_scale(mm_per_px, False, size_px),
         scale_source=f"ruler of {length_mm:g} mm over {length_px:.0f} px",
-        # Both clicks are uncertain along the ruler; across it does not count.
+        # Both clicks are uncertain along the ruler. Errors across the ruler have no effect.
         scale_uncertainty=float(np.hypot(np.sqrt(2) * CLICK_PX / length_px, TILT_COST)),
         warnings=(doubt("scale.tilt-unknown", TILT_WARNING),),
     )
@@ -196,7 +199,7 @@ def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Sc
 
 
 def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
-    """Find the scale that ``settings`` define. Raises InputError if the photo contradicts it or does not show it."""
+    """Find the scale that ``settings`` define. Raises InputError if the photo contradicts or does not show it."""
     face_mm = None if settings.face_mm is None else (0.0, 0.0, *settings.face_mm)
     if settings.markers is not None:
         scale = scale_by_markers(pixels, settings, settings.markers, face_mm)
@@ -220,7 +223,7 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
 
 
 def smaller(photo: Photo, factor: int) -> Photo:
-    """Return the photo with brightness and view in pixels ``factor`` times as wide. Its colours do not change."""
+    """Return the photo with brightness and view in pixels ``factor`` times as wide. ``image`` does not change."""
     offset = (factor - 1) / 2
     to_photo_px = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
     lens = photo.view.lens
@@ -239,5 +242,5 @@ def smaller(photo: Photo, factor: int) -> Photo:
 
 
 def in_copy(points_px: Floats, factor: int) -> Floats:
-    """Map pixels of the photo to pixels of the smaller copy. The origin of each is the centre of its first pixel."""
+    """Map pixels of the photo to pixels of a copy that is ``factor`` times smaller. Pixel centres are whole numbers."""
     return (points_px - (factor - 1) / 2) / factor

@@ -33,7 +33,7 @@ Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MAX_ROWS, s
 class PathTable(Settings):
     """Columns of a planned path, in the sample's frame.
 
-    A row applies until the next row, and the last row has no flow.
+    The flow of a row applies until the next row, and the last row has a flow of 0.
     """
 
     t_s: Column
@@ -45,7 +45,7 @@ class PathTable(Settings):
     z_mm: Column
     """Height of the nozzle's tip above the face."""
     flow_mm3_s: Column
-    """Flow between this row's position and the next row's."""
+    """Flow on the way from this row's position to the next row's position."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -62,7 +62,7 @@ class PathTable(Settings):
 
     @property
     def flow(self) -> Floats:
-        """Flow from each row to the next, (n,)."""
+        """Flow from each row to the next in mm³/s, (n,)."""
         return np.array(self.flow_mm3_s)
 
     @property
@@ -72,7 +72,7 @@ class PathTable(Settings):
 
 
 def planned_path(trajectory: Trajectory) -> PathTable:
-    """Return a trajectory as columns of a trial, rounded to six decimals like its CSV."""
+    """Return a trajectory as columns of a planned path, rounded to six decimals as in trajectory.csv."""
     columns = np.column_stack([trajectory.t_s, trajectory.position_mm, trajectory.flow_mm3_s]).round(6).T.tolist()
     return PathTable(**dict(zip(NEEDED, map(tuple, columns), strict=True)))
 

@@ -19,36 +19,36 @@ PixelPair = tuple[Pixel, Pixel]
 # Largest photo or mesh file: 50 million uncompressed pixels with transparency, plus 25 %
 LARGEST_FILE_BYTES = 250_000_000
 OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the face in mm, up to ten metres
-FaceSide = Annotated[float, Field(gt=1, le=5000)]  # Side of a sample's face in mm; no crack is visible on 1 mm
-# Light resolves nothing finer; at the coarsest scale, a crack of 8 px would be 16 mm wide
+FaceSide = Annotated[float, Field(gt=1, le=5000)]  # Side of a sample's face in mm. On 1 mm, no crack is visible
+# Limits of the scale. Light does not resolve finer pixels. At the coarsest scale, a crack of 8 px would be 16 mm wide
 FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0
-# Volume of three cartridges, and of four particles of the paper's size
+# Limits of the volume: three cartridges, and four particles of the paper's size
 LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML = 1000.0, 0.001
 Tilt = Literal["lean", "flare", "funnel", "undercut", "vertical"]
 AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts whose mouth and floor differ in width
 
 
-# Walls that open downward are set by the tilt "undercut" instead of a negative angle
+# Angle of a wall in degrees. For walls that widen downward, use the tilt "undercut" and no negative angle
 WallAngle = Annotated[float, Field(ge=0, lt=60)]
 ONE, SEVERAL = "one", "several"
 One = TypeVar("One")
 Several = TypeVar("Several")
 ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple) else ONE)
 OneOrSeveral = Annotated[Annotated[One, Tag(ONE)] | Annotated[Several, Tag(SEVERAL)], ByShape]
-"""One number or several. A validation error names the form that the user gave."""
-DEEPEST_MM = 500.0  # Largest depth, more than that of any sample
+"""One value or a table of values. A validation error refers to the form that the user gave."""
+DEEPEST_MM = 500.0  # Largest depth. No sample is deeper
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a tenth of a millimetre deep is a scratch
 SHALLOW = Likely(1.0, inf, "mm for a crack of this width", "in cm", of_width=True)  # Cracks are deeper than wide
-SPEED = Likely(0.5, 200.0, "mm/s", "in m/s or mm/min")  # Small arms reach 200 over a winding crack
+SPEED = Likely(0.5, 200.0, "mm/s", "in m/s or mm/min")  # Small arms reach 200 mm/s over a winding crack
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
 MAX_STATIONS = 1000  # Rows of a table along the crack
 DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, max_length=MAX_STATIONS)]
-Width = Annotated[float, Field(gt=0.005, le=200)]  # Width of a crack in mm: no gauge shows less, and no sample is wider
+Width = Annotated[float, Field(gt=0.005, le=200)]  # Width of a crack in mm, from the finest that a gauge shows
 WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, max_length=MAX_STATIONS)]
-Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
+Trim = Annotated[float, Field(ge=0, le=1000)]  # Length in mm by which a path is shortened at an end
 Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
 MeshUnit = Literal["mm", "cm", "m", "inch"]
-# Largest number of stretches of wall drawn by hand, and of points of each; for more, paint a mask
+# Largest number of stretches of wall drawn by hand, and of points of each. If more are needed, paint a mask
 MAX_WALLS, MAX_WALL_POINTS = 50, 200
 NO_SCALE = "no_scale"  # Error type of a photo without a scale
 SCALES = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
@@ -62,9 +62,9 @@ NOT_BESIDE = {
     "mask": ("roi_px", "via_px", "walls_px"),
     "path_only": ("width_mm",),
 }
-"""Photo settings that exclude others. ``NEEDED_BY`` lists the settings that require another one."""
+"""Photo settings, each with the settings that it excludes. ``NEEDED_BY`` lists settings that require another one."""
 MAX_RANKED = 5  # Largest number of cracks to choose from
-MAX_VIA = 50  # Largest number of via points; for more, a painted mask is better
+MAX_VIA = 50  # Largest number of via points. If more are needed, a painted mask is better
 
 
 def by_station(value: float | DepthTable) -> Floats:
@@ -73,7 +73,7 @@ def by_station(value: float | DepthTable) -> Floats:
 
 
 def require_order(name: str, stations_mm: Floats) -> None:
-    """Raise ValueError unless the stations of a table, its first column, increase."""
+    """Raise ValueError unless the first column of a table, the stations, increases. ``name`` is the table's setting."""
     if (falls := np.diff(stations_mm[:, 0]) <= 0).any():
         before_mm, after_mm = stations_mm[int(falls.argmax()) :, 0][:2]
         raise ValueError(f"{name}: station {after_mm:g} mm follows {before_mm:g} mm. List the stations by increasing s")
@@ -83,7 +83,7 @@ DamHeight = Annotated[float, Field(ge=0, le=100)]
 
 
 class Marker(Settings):
-    """A printed marker, upright, in the plane of the face."""
+    """A printed marker in the plane of the face. The marker is upright in the photo."""
 
     id: int = Field(ge=0, lt=1000)
     """Number of the marker in its dictionary."""
@@ -105,13 +105,13 @@ class MarkerBoard(Settings):
     """Side of the marker's black square. A marker below 0.5 mm does not print, and one above a metre is larger than a
     sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
-    """Numbers and positions of the markers. Four or more are needed: with fewer, noise of one marker decides the
-    homography."""
+    """Numbers and positions of the markers. Four or more are needed, so that the scale does not depend on the error of
+    one marker."""
     printed_ruler_mm: float | None = Field(default=None, gt=50, le=200)
-    """Measured length of the ruler on the printed frame. Give it even if it is 100. All lengths of this table were
-    printed longer or shorter by the same factor, about the middle of the frame. Printers change the size by less than
-    half. Without this length and without a face whose edges show the print's size, the scale's uncertainty includes 2
-    %."""
+    """Measured length of the ruler on the printed frame, which is nominally 100. Give it even if it is 100. All lengths
+    of this table are then scaled by the same factor about the middle of the frame. Printers change the size by less
+    than half. If this length is not given and the photo shows no edges of a face of known size, the scale's uncertainty
+    includes 2 %."""
 
     @model_validator(mode="after")
     def _each_once(self) -> Self:
@@ -136,7 +136,7 @@ class PhotoInput(Settings):
     """Number of the crack in the list that the search makes, best crack first. refused.png shows these numbers. Only
     without ends_px."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MAX_VIA)
-    """Points on the crack between its ends, in order. Needed if the crack forks or a darker crack is near."""
+    """Points on the crack between its ends, in order. They are needed if the crack forks or a darker crack is near."""
     roi_px: Region | None = None
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
     walls_px: Walls | None = None
@@ -146,8 +146,8 @@ class PhotoInput(Settings):
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is absolute or relative to the trial file's folder."""
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
-    """Share of the contrast from crack to mortar at which a wall is placed. 0.5 is the middle of a blurred edge, and
-    0.7 includes more of a lit wall. The bounds are set by noise in the crack and in the mortar."""
+    """Fraction of the step in brightness from crack to mortar at which a wall is placed. 0.5 is the middle of a blurred
+    edge. 0.7 includes more of a lit wall. Beyond the bounds, noise in the crack or the mortar would place the walls."""
     width_mm: OneOrSeveral[Width, WidthTable] | None = None
     """Width of the crack, measured with a gauge or a microscope, instead of the photo's width. Give one number, or a
     table of [s, width] rows along the crack from the nozzle's start. The width is linear between rows and constant
@@ -157,8 +157,8 @@ class PhotoInput(Settings):
     """True to trace only the crack's path, without walls and solid. This needs no depth and is enough for a robot
     program. The nozzle gives sealant if path.volume_ml is a number."""
     branches: Literal["drop", "keep"] = "drop"
-    """Use of side cracks. keep: they are part of the outline and the solid. drop: they are left out. The nozzle follows
-    only the main crack. A side crack is at least three times as long as wide."""
+    """Use of side cracks. keep: side cracks are part of the outline and the solid. drop: they are left out. In both
+    cases the nozzle follows only the main crack. A side crack is at least three times as long as wide."""
     markers: MarkerBoard | None = None
     """Markers around the crack. 'sealtwin markers' prints a frame of markers and writes this table."""
     lens: Literal["auto", "none"] = "auto"
@@ -167,13 +167,12 @@ class PhotoInput(Settings):
     """Distance from the lens to the face. It is needed to estimate the error of markers above or below the face. Lenses
     do not focus below 10 mm, and a crack is not visible from above 20 m."""
     ruler_px: PixelPair | None = None
-    """Two points on a ruler in the plane of the face, each as column and row. The camera is assumed to be square to the
-    face."""
+    """Two points on a ruler in the plane of the face, each as column and row. The camera must be square to the face."""
     ruler_mm: float | None = Field(default=None, gt=1, le=5000)
     """Distance between the two points ruler_px."""
     face_mm: tuple[FaceSide, FaceSide] | None = None
-    """Width and height of the sample's face. Its lower left corner is the origin. Without markers, the face gives the
-    scale. With markers, it gives only the edge of the sample."""
+    """Width and height of the sample's face. Its lower left corner is the origin. If there are no markers, the face
+    defines the scale. If there are markers, the face only defines the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
     """Corners of the face: lower left, lower right, upper right, upper left. Without markers,
     face_mm gives the scale by them."""
@@ -189,7 +188,7 @@ class PhotoInput(Settings):
 
     @property
     def width_stations_mm(self) -> Floats | None:
-        """Arc lengths and widths of width_mm, (k, 2). None if it is not given."""
+        """Rows of arc length and width from width_mm, (k, 2). None if width_mm is not given."""
         return None if self.width_mm is None else by_station(self.width_mm)
 
     @model_validator(mode="after")
@@ -215,29 +214,31 @@ class CrackShape(Settings):
     """Depth of the crack: one number, or a table of [s, depth] rows along the crack from the nozzle's start. The depth
     is linear between rows and constant beyond them."""
     tilt: Tilt = "lean"
-    """Tilt of the walls. lean: both walls lean to the same side, so the mouth, the width and the volume between closed
-    ends are those of the photo. Open ends stay vertical, in the side of the sample, so the volume is off by 1 to 2 % if
-    the crack bends there or meets the side obliquely. flare: the floor has the traced width, and the mouth is wider.
+    """Tilt of the walls. lean: both walls lean to the same side. The mouth, the width and the volume between closed
+    ends are then the same as with vertical walls. An open end stays in the side of the sample, so the volume is off by
+    1 to 2 % if the crack bends there or meets the side obliquely. flare: the floor has the traced width, and the mouth
+    is wider.
     funnel: the mouth has the traced width, and the walls close downward. undercut: the mouth has the traced width, and
     the walls open downward. An undercut is refused if the walls would meet below the face or leave the block. The
     paper's walls "funnel particles into the crack while keeping the appearance of the original crack", as lean does."""
     wall_angle_deg: OneOrSeveral[WallAngle, tuple[WallAngle, WallAngle]] = 11.0
-    """Angle of both walls from the vertical, or two angles: of the left and of the right wall along the path. The paper
-    has 11."""
+    """Angle of both walls from the vertical, or two angles: of the left and of the right wall, as seen along the path.
+    The default is the paper's angle."""
     fill: FillOrFile | None = None
     """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with the same data. The weighing gives
     the angle of the walls, instead of wall_angle_deg, and corrects depth and width within their uncertainty."""
     lean_to: Literal["left", "right"] = "left"
-    """Side to which the floor is shifted from the mouth, as seen along the path. The paper does not state it. The two
-    choices give mirror images, and swapping the ends exchanges them."""
+    """Side to which the floor is shifted from the mouth, as seen along the path. The paper does not state the side. The
+    two choices give mirror images. If the two ends are exchanged, so are left and right."""
     floor_thickness_mm: float = Field(default=4.0, gt=0.1, le=500)
-    """Thickness of the sample below the crack. The default is more than a particle, and little enough to print. Above
-    500, float32 loses digits of the crack."""
+    """Thickness of the sample below the crack. The default is larger than a particle, and thin enough for 3D printing.
+    Above 500, float32 would lose digits of the crack's coordinates."""
     margin_mm: float = Field(default=12.0, gt=0.5, le=1000)
-    """Width of the block around the crack if the size of the face is unknown. Sealant that overflows needs room. Walls
-    under 0.5 mm break, and sealant never flows farther than a metre."""
+    """Width of the block around the crack if the size of the face is unknown. Sealant that overflows needs this space.
+    Walls under 0.5 mm break, and sealant never flows farther than a metre."""
     dam_height_mm: DamHeight = 10.0
-    """Height of the tape above the face at open ends. The default is the paper's. 0 means no tape."""
+    """Height above the face of the dam (tape) at an open end. The default is the paper's height. 0 means that the dam
+    ends at the face."""
 
     @property
     def deepest_mm(self) -> float:
@@ -290,15 +291,15 @@ class MeshInput(Settings):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     dam_height_mm: DamHeight = 10.0
-    """Height above the face of the dams wherever the crack leaves the block, as in [crack]."""
+    """Height above the face of the dams at all points where the crack leaves the block, as in [crack]."""
 
 
 class Dispensed(Settings):
-    """The table [path.weighed]: sealant that reached the sample or was dispensed, by weight."""
+    """The table [path.weighed]: mass and density of the sealant that reached the sample or was dispensed."""
 
     mass_g: float = Field(gt=0, le=1e4)
-    """Mass of the sample after the pour, less its mass before: the sealant that arrived, whatever the pump did. Or the
-    mass of the cartridge before, less its mass after, if nothing drips beside the sample."""
+    """Mass of the sample after the pour, minus its mass before the pour. Or, if nothing dripped beside the sample, mass
+    of the cartridge before the pour, minus its mass after the pour."""
     mass_sd_g: float = Field(gt=0, le=100)
     """Standard uncertainty of mass_g, which is 1.4 times the uncertainty of a single weighing."""
     density_kg_m3: float = Field(ge=500, le=5000)
@@ -320,44 +321,45 @@ class NozzlePath(Settings):
     """Path of the nozzle and its flow."""
 
     volume_ml: float | Literal["cavity"] = "cavity"
-    """Volume of sealant along the crack. "cavity" means the share ``fill`` of the cavity."""
+    """Volume of sealant along the crack. "cavity" means the cavity's volume times ``fill``."""
     fill: float = Field(default=1.0, gt=0.01, le=3)
-    """Share of the cavity's volume to dispense, only with volume_ml = "cavity". 1 fills the crack up to its face."""
+    """Fraction of the cavity's volume to dispense, if volume_ml = "cavity". 1 fills the crack up to its face."""
     weighed: Dispensed | None = None
-    """Weighed sealant. It replaces volume_ml and the uncertainty of volume_ml."""
+    """Mass of the sealant that was dispensed. It replaces volume_ml and the uncertainty of volume_ml."""
     flow: Literal["constant", "cross_section"] = "constant"
     """Flow along the path. constant: equal for every millimetre. cross_section: proportional to the cavity's
     cross-section."""
     reverse: bool = False
     """True to start at the crack's second end. s is still measured from the first end."""
     trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 10.0
-    """Distance between the ends of the crack and the ends of the path. Give one number, or two, with the one at s = 0
-    first. The paper has 10."""
+    """Distance between the ends of the crack and the ends of the path. Give one number, or two: at s = 0 and at
+    the far end. The default is the paper's distance."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
     """Distance over which the nozzle reaches full speed, and over which it stops, measured from the outer ends of the
-    leads. Arms need at most 200. Flow is proportional to speed, so each millimetre gets the same volume."""
+    leads. Arms need at most 200. The flow is reduced with the speed, so each millimetre gets the volume set by flow."""
     lead_in_mm: float = Field(default=0.0, ge=0, le=500)
     """Length of the straight approach before the path, without flow, in which an arm accelerates. Few benches have
     space for more than 500."""
     lead_out_mm: float = Field(default=0.0, ge=0, le=500)
     """Length of the straight departure after the path, without flow."""
     speed_mm_s: Annotated[float, SPEED] = Field(default=4.0, gt=0.01, le=1000)
-    """Speed of the nozzle. The paper has 4. Below 0.01, sealant sets in the nozzle. Above 1000, arms cannot follow."""
+    """Speed of the nozzle. The default is the paper's speed. Below 0.01, sealant hardens in the nozzle. Above
+    1000, arms cannot follow."""
     spacing_mm: float = Field(default=1.0, gt=0.01, le=20)
-    """Distance between waypoints. A distance below 1 changes the length by less than 0.1 %. 0.01 is below an arm's
-    repeatability, and above 20 the path leaves a winding crack."""
+    """Distance between waypoints. A distance below the default changes the path's length by less than 0.1 %. 0.01 is
+    below an arm's repeatability. With more than 20, the path would leave a winding crack."""
     nozzle_height_mm: float = Field(default=3.0, gt=0.1, le=100)
     """Height of the nozzle's tip above the face."""
     smoothing_mm: float = Field(default=0.1, ge=0, le=2)
-    """Largest RMS distance of the path from the centreline. With 0.1, turns between waypoints of a winding crack stay
-    below 8 degrees, and the corner of a dog-leg remains. Above 2 the nozzle would leave the crack."""
+    """Largest RMS distance of the path from the centreline. With 0.1, the direction changes by less than 8 degrees at
+    each waypoint of a winding crack, and sharp corners of the crack remain. Above 2, the nozzle leaves the crack."""
     plan: PlanOrFile | None = None
-    """CSV with the columns t_s, x_mm, y_mm, z_mm, flow_mm3_s and, for people, speed_mm_s, as 'sealtwin plan' writes it,
-    or these columns as a table. It replaces all other settings of this table."""
+    """CSV with the columns t_s, x_mm, y_mm, z_mm, flow_mm3_s and, optionally, speed_mm_s, as 'sealtwin plan' writes it,
+    or a table with these columns. It replaces all other settings of [path]."""
 
     @property
     def planned(self) -> PathTable | None:
-        """Columns of the plan, or None without a plan. Raises ValueError if its file is not read; see ``loaded``."""
+        """Columns of the plan. None if there is no plan. Raises ValueError if its file was not read with ``loaded``."""
         if isinstance(self.plan, Path):
             raise ValueError("the plan is a file that is not read yet; call loaded first")
         return self.plan
@@ -365,7 +367,7 @@ class NozzlePath(Settings):
     def loaded(self, folder: Path) -> Self:
         """Return the settings with the plan's columns instead of its file, which is in ``folder``.
 
-        Raises InputError.
+        Raises InputError if the file is not a valid path.
         """
         if not isinstance(self.plan, Path):
             return self
@@ -400,7 +402,7 @@ class NozzlePath(Settings):
                 f'{SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, or volume_ml = "cavity" to fill the crack up to '
                 "its face"
             )
-        # The settings are frozen, but this value is derived.
+        # The settings are frozen, but this value is computed from ``weighed``.
         object.__setattr__(self, "volume_ml", volume_ml)
         if self.fill != 1:
             raise ValueError(

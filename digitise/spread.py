@@ -33,8 +33,8 @@ class SpreadBlob:
 
     radius_mm: float  # Radius of the circle of equal area
     radius_error_mm: float  # Standard uncertainty, from scale, edge and shape
-    unround: float  # Standard deviation of the outline's distance from the middle, over its mean
-    # Least and largest distance of two parallel lines that touch the blob on both sides
+    unround: float  # Standard deviation of the outline's distance from the middle, divided by the mean distance
+    # Smallest and largest width of the blob over all directions
     diameters_mm: tuple[float, float]
     warnings: Facts
 
@@ -55,7 +55,7 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
         )
     ways = np.radians(np.arange(0, 180, 2.0))
     wide_mm = np.ptp(outline_mm @ np.array([np.cos(ways), np.sin(ways)]), axis=0)
-    # The circle of its area and that of its mean radius differ by half the square of unround.
+    # The radius of the circle of equal area and the mean radius differ by about half the square of unround.
     of_scale_mm, of_shape_mm = (photo.scale_uncertainty or 0.0) * radius_mm, unround**2 * radius_mm
     error_mm = float(np.linalg.norm([of_scale_mm, EDGE_PX * photo.mm_per_px, of_shape_mm]))
     return SpreadBlob(radius_mm, error_mm, unround, (float(wide_mm.min()), float(wide_mm.max())), photo.warnings)
@@ -64,7 +64,7 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
 def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
     """Return the photo, and the outline of the paste between the markers, (POINTS, 2) in px.
 
-    Raises InputError if no edge is found.
+    Raises InputError if the scale is not from markers, or if no edge is found.
     """
     photo = load_photo(settings, folder)
     if photo.scale_uncertainty is None:
@@ -79,7 +79,7 @@ def paste_edge(settings: PhotoInput, folder: Path) -> tuple[Photo, Floats]:
 
 
 def _opening(photo: Photo) -> Booleans:
-    """Return the mask of the sheet's free field: the opening of the frame, less a margin."""
+    """Return a mask of the opening of the marker frame, without a margin. Raises InputError if it is too small."""
     # The cutting line is just inside the opening.
     margin_mm = max(3 * photo.mm_per_px, 1.0)
     x_min, y_min, x_max, y_max = present(photo.face_mm, "the face of a marker sheet")
@@ -94,16 +94,16 @@ def _opening(photo: Photo) -> Booleans:
 
 
 def _levelled(brightness: Map, inside: Booleans) -> Map:
-    """Return the brightness, divided by the light on the sheet.
+    """Return the brightness divided by the light on the sheet.
 
-    The logarithm of that light is a plane, fitted to the rim of the field.
+    The logarithm of the light is approximated by a plane that is fitted to the rim of the opening.
     """
     distance = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 3)
     y, x = np.nonzero(inside & (distance < 0.06 * float(distance.max()) + 2))
     light = np.log(np.maximum(blurred(brightness, 1.0)[y, x], 1e-4)).astype(float)
     height, width = brightness.shape
     axes = np.column_stack([np.ones(len(x)), x / width, y / height])
-    # A shadow or a splash on the rim hardly counts.
+    # The robust loss reduces the weight of a shadow or a splash on the rim.
     plane = least_squares(lambda plane: axes @ plane - light, np.zeros(3), loss="cauchy", f_scale=0.02).x
     along, down = np.arange(width) / width, np.arange(height)[:, None] / height
     return np.asarray(brightness / np.exp(plane[0] + plane[1] * along + plane[2] * down), np.float32)
@@ -117,7 +117,7 @@ def _blob(light: Map, inside: Booleans, file: Path) -> tuple[Booleans, bool]:
         if (high := float(np.quantile(unlike[inside], 0.99))) < MIN_CONTRAST:
             continue
         opened = cv2.morphologyEx(((unlike > high / 2) & inside).astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5)))
-        # Glints inside it are part of the paste.
+        # Glints inside the blob are part of the paste.
         labels = np.asarray(label(ndimage.binary_fill_holes(opened)))
         if len(areas := np.bincount(labels.ravel())[1:]):
             blobs.append((int(areas.max()), labels == 1 + areas.argmax(), dark))
@@ -130,7 +130,7 @@ def _blob(light: Map, inside: Booleans, file: Path) -> tuple[Booleans, bool]:
 
 
 def _edge(light: Map, blob: Booleans, dark: bool, inside: Booleans, file: Path) -> Floats:
-    """Return the outline, (POINTS, 2) in px, along which the contrast between paste and nearby sheet is half.
+    """Return the outline, (POINTS, 2) in px: the line at half of the contrast between paste and nearby sheet.
 
     Raises InputError if the paste is too small in the photo, or if its edge is hidden.
     """

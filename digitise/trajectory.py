@@ -1,4 +1,4 @@
-"""Plan the nozzle's timed path over a crack, smooth and with straight leads, and the flow along it."""
+"""Plan the nozzle's timed path over a crack, smooth and with straight leads, and the flow along the path."""
 
 from dataclasses import replace
 
@@ -15,13 +15,13 @@ from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import PathFigures
 
-# Turn at a waypoint at which an arm slows down and leaves a lump; winding cracks have up to 8 degrees
+# At a waypoint with a larger turn, an arm slows down and leaves a lump. Winding cracks have turns up to 8 degrees
 SHARP_TURN_DEG = 20.0
-STRAIGHT_MM = 1e5  # Radius above which a bend is only rounding error
-SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has equal weight
+STRAIGHT_MM = 1e5  # A bend with a larger radius is only rounding error
+SAMPLE_MM = 0.25  # Equal spacing of the centreline's points before smoothing, so that every millimetre has equal weight
 FINEST_SAMPLES, MAX_SAMPLES = 17, 20_000
 MAX_WAYPOINTS = 100_000  # Largest number of waypoints of a path: a metre of crack at a hundredth of a millimetre
-# Ratios of sealant to cavity above and below which there is a warning; the paper has 0.8 to 1.2
+# Largest and smallest ratio of sealant to cavity volume without a warning. The paper has 0.8 to 1.2
 MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1
 ROUNDING = 1e-9
 
@@ -29,8 +29,8 @@ ROUNDING = 1e-9
 def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
     """Return the time in s at which the nozzle reaches each distance from the path's start, (n,).
 
-    On a ramp, which is at most half of the path, the nozzle accelerates by v² / (2 ramp). The distance x is reached at
-    t = 2 sqrt(ramp x) / v, with the full speed v.
+    On a ramp of length R, which is at most half of the path, the nozzle accelerates by v² / (2 R) to the full speed v.
+    It reaches the distance x at t = 2 sqrt(R x) / v.
     """
     length_mm = way_mm[-1]
     into_mm = np.minimum(way_mm, ramp_mm)
@@ -40,7 +40,7 @@ def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
 
 
 def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: NozzlePath) -> Solid:
-    """Return the solid with the figures of a path, and warnings about that path, in its report."""
+    """Return the solid with the figures of a path, and with warnings about the path, added to its figures."""
     of_path, doubts = path_report(trajectory, outline, path)
     sealant_mm3 = trajectory.dispensed_mm3
     figures = replace(
@@ -68,7 +68,7 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
     turn_deg = turns_deg(points_mm)
     sines = np.sin(np.radians(turn_deg))
     chords_mm = np.linalg.norm(points_mm[2:] - points_mm[:-2], axis=1)
-    # Of the circle through three waypoints.
+    # Radius of the circle through three consecutive waypoints.
     smallest_mm = float((chords_mm / (2 * np.maximum(sines, ROUNDING))).min(initial=np.inf))
     moving = trajectory.speed_mm_s[:-1]
     figures = PathFigures(
@@ -90,7 +90,7 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
 
 
 def turns_deg(points_mm: Floats) -> Floats:
-    """Return the change of direction at each inner waypoint, (n - 2,)."""
+    """Return the change of direction in degrees at each inner waypoint, (n - 2,)."""
     x_mm, y_mm = np.diff(points_mm[:, :2], axis=0).T
     return np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(y_mm, x_mm)))))
 
@@ -122,12 +122,12 @@ def plan_trajectory(
 
     Row i applies from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle moves straight to the next waypoint at ``speed_mm_s``
     and gives ``flow_mm3_s``. Both are 0 in the last row. ``s_mm`` is the arc length on the outline's own centreline. It
-    decreases along a reversed path, and continues along the leads. The dose of a millimetre does not depend on the
-    speed. If volume_ml is "cavity" but the crack has no cavity, the volume is 0. If the settings contain a plan, it
-    replaces all of this.
+    decreases along a reversed path, and continues along the leads. The volume per millimetre does not depend on the
+    speed. If volume_ml is "cavity" but there is no cavity, the volume is 0. If the settings contain a plan, the plan is
+    returned instead.
 
-    Raises InputError for a path that is too short for its trims or ramps, that has too many waypoints, or whose volume
-    is too large. Raises InputError also for a plan that gives sealant to the side of the crack.
+    Raises InputError if the path is too short for its trims or ramps, has too many waypoints, or gives too much
+    sealant, or if a plan gives sealant beside the crack.
     """
     if (planned := path.planned) is not None:
         return _as_planned(outline, planned)
@@ -181,7 +181,7 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
 
 
 def _beside(outline: Outline, points_mm: Floats) -> tuple[Floats, Floats]:
-    """Return the arc length of the centreline's nearest point for each point, (n,), and the distance from it, (n,)."""
+    """Return the arc length of the centreline's point nearest to each point, and its distance from it, (n,) each."""
     s_mm = arc_length_at(points_mm, outline.centreline_mm)
     return s_mm, np.linalg.norm(points_mm - at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), axis=1)
 
@@ -189,7 +189,7 @@ def _beside(outline: Outline, points_mm: Floats) -> tuple[Floats, Floats]:
 def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
     """Return the path with all flow delayed by ``delay_s``.
 
-    The nozzle moves as before, and flow ends when it did before.
+    The nozzle's motion and the end of the flow do not change.
     """
     own_s = trajectory.t_s
     t_s = np.unique(np.concatenate([own_s, own_s[own_s + delay_s < own_s[-1]] + delay_s]))
@@ -220,7 +220,7 @@ def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> Facts:
 
 
 def smooth_centreline(centreline_mm: Floats, smoothing_mm: float) -> tuple[Floats, Floats]:
-    """Return arc lengths, (n,), and points, (n, 2), every ``SAMPLE_MM``, of a smoothing spline (Dierckx 1982)."""
+    """Return arc lengths, (n,), and points, (n, 2), of a smoothing spline (Dierckx 1982) at every ``SAMPLE_MM``."""
     s_mm = arc_length(centreline_mm)
     count = int(np.clip(np.ceil(s_mm[-1] / SAMPLE_MM) + 1, FINEST_SAMPLES, MAX_SAMPLES))
     at_mm = np.linspace(0.0, s_mm[-1], count)
@@ -244,7 +244,10 @@ def _check_lengths(length_mm: float, path: NozzlePath) -> None:
 
 
 def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats, Floats]:
-    """Return arc length on the centreline, position and heading of waypoints evenly spaced along the smoothed path."""
+    """Return waypoints evenly spaced along the smoothed path.
+
+    Returns the arc length on the centreline, (n,), the position, (n, 2), and the unit vector along the path, (n, 2).
+    """
     at_mm, smooth = smooth_centreline(centreline_mm, path.smoothing_mm)
     flown_mm = arc_length(smooth)
     from_start_mm, from_end_mm = path.trims_mm
@@ -258,18 +261,18 @@ def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats,
 
 
 def _steps(length_mm: float, spacing_mm: float) -> Floats:
-    """Return the distances of a lead's waypoints from the end of the path, nearest first."""
+    """Return the distances of a lead's waypoints from the end of the path in mm, (n,), nearest first."""
     count = int(np.ceil(length_mm / spacing_mm - ROUNDING))
     return np.linspace(0.0, length_mm, count + 1)[1:]
 
 
 def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Sections | None) -> Floats:
-    """Return the share of the volume between each waypoint and the next, (n - 1,). The sum is 1."""
+    """Return the fraction of the volume that is given between each waypoint and the next, (n - 1,). The sum is 1."""
     if path.flow == "constant":
         share = np.diff(arc_length(points_mm))
     else:
         sections = present(sections, "sections")
-        # In a tapering crack sections change between waypoints, so they are integrated.
+        # In a tapering crack, sections change between waypoints. They are therefore integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
         steps_mm3 = np.diff(grid_mm) * (area_mm2[1:] + area_mm2[:-1]) / 2

@@ -3,6 +3,6 @@
 PART_OF = "sealtwin"
 
 STAGE_NUMBER = 2
-"""Version number of this stage's results. It increases by one when the same input gives other numbers. Runs that were
-computed under another number are computed again. ``python -m tests.stage_record`` renews the record with which a test
-compares."""
+"""Version of this stage. Increase it by one whenever the same input gives other results. Runs that were computed under
+another number are computed again. ``python -m tests.stage_record`` updates the record against which a test checks the
+number."""

@@ -18,8 +18,8 @@ from simulate.setup.signed_distance import CM
 from simulate.setup_checks import solved_as
 
 SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
-"""Kinematic viscosity and duration of the settling behind the closed gate. Both are large enough for the block to come
-to rest and find its level."""
+"""Kinematic viscosity and duration of the settling behind the closed gate. Both are chosen so that the block comes to
+rest with a level surface."""
 SPRAY = 0.002  # Fraction of the particles that may be ahead of the front
 WALL_RADII = 4.0  # Thickness of the walls beside a block, in particle radii
 HEADROOM = 1.25  # Height of the hollow, as a multiple of the block's height
@@ -130,15 +130,15 @@ def _figures(loose: LooseFluid, t_s: float, whole_mm3: float) -> tuple[float, fl
 
 
 def _packed(block: FluidBlock, solver: Solver, seed: int, device: str) -> Floats:
-    """Return the block's particles at rest behind the closed gate.
+    """Return the positions of the block's particles at rest behind the closed gate, in mm, (n, 3).
 
-    They must settle first, because a lattice bursts when its gate opens.
+    The particles must settle first, because a regular lattice would burst when the gate opens.
     """
     radius_mm, factor = solver.size_mm, solver.scheme.volume_factor
     support, frame_s = 4 * radius_mm * CM, substep_s(radius_mm)
     thick = Rheology(viscous_weight(SETTLING_MM2_S * CM**2, support, frame_s), 0.0, physical=True)
     low, (x, y, height) = astuple(_box(block))
-    # As many particles as have the block's volume.
+    # The number of particles is the block's volume divided by the volume of a particle.
     lattice = filled_box_mm(low, (x, y, height * factor), radius_mm, factor, seed)
     loose = LooseFluid.put(closed(block, radius_mm), all_at_once(lattice, radius_mm), thick, solver, device=device)
     for _ in loose.run(SETTLING_S, SETTLING_S):

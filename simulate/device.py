@@ -18,16 +18,16 @@ from warp.utils import array_scan
 from sealtwin.core.errors import InputError
 from simulate.kernels import selftest as device_code
 
-# Warp's banner would go to stdout, which is for results.
+# Otherwise Warp would print a banner on stdout, which is for results.
 wp.config.log_level = wp.LOG_WARNING
-# With Warp's own inlining threshold, 9000, kernels are not faster and take a quarter longer to compile.
+# With Warp's default inlining threshold, 9000, kernels are not faster and take a quarter longer to compile.
 wp.config.cpu_compiler_flags = "-march=native -mllvm=-inline-threshold=1000 -mllvm=-slp-recursion-max-depth=4"
-# A run compiles one module, and precompiling headers takes as long as reading them twice.
+# A run compiles only one module, so precompiled headers would save no time.
 wp.config.use_precompiled_headers = False
 # Threads that launch kernels at the same time would write to each other's stack.
 wp.config.enable_tiles_in_stack_memory = False
 
-SIDE = 8  # Points along each edge of the test lattice, and turns of the test loop
+SIDE = 8  # Number of points along each edge of the test lattice, and of repetitions of the test loop
 
 
 NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
@@ -39,7 +39,7 @@ full."""
 
 @cache
 def start_warp() -> None:
-    """Start Warp. Suppress its warning of a missing GPU, and pass on everything else that it writes to stderr.
+    """Start Warp. Its warning about a missing GPU is suppressed. All other text that it writes to stderr is passed on.
 
     Raises InputError if the cache of kernels cannot be written.
     """
@@ -63,9 +63,9 @@ def start_warp() -> None:
 
 
 def choose_device(name: str) -> str:
-    """Return Warp's name of the device. "auto" is the first CUDA device, or the CPU if there is no GPU.
+    """Return Warp's name of the device. "auto" is the first GPU, or the CPU if there is no GPU.
 
-    Raises InputError if the device is absent, or if it is a GPU that cannot record frames.
+    Raises InputError if the machine has no such device, or if the device is a GPU that cannot record frames.
     """
     start_warp()
     present = [str(device) for device in wp.get_devices()]
@@ -75,7 +75,7 @@ def choose_device(name: str) -> str:
         name = "cuda:0"
     if name not in present:
         raise InputError(f"device {name} is not on this machine. Give auto or one of {', '.join(present)}.")
-    # A frame is recorded, with its loops and scans.
+    # On a GPU, a frame is recorded with its loops and scans.
     if name != "cpu" and not wp.is_conditional_graph_supported():
         raise InputError(
             f"device {name}: its driver cannot replay a recorded frame, which needs CUDA 12.4 or newer. Update "
@@ -87,19 +87,19 @@ def choose_device(name: str) -> str:
 
 
 def free_bytes(name: str) -> float:
-    """Return the free memory of a GPU in bytes. For a CPU it is infinite, because the operating system manages it."""
+    """Return the free memory of a GPU in bytes. Infinite for a CPU, whose memory the operating system manages."""
     return math.inf if name == "cpu" else float(wp.get_device(name).free_memory)
 
 
 def describe_device(name: str) -> str:
-    """Return the device of the run as one line for the report."""
+    """Return a description of the device as one line, for reports."""
     if name == "cpu":
         return f"CPU ({platform.processor() or platform.machine()}), Warp {wp.__version__}"
     return f"{wp.get_device(name).name} ({name}), Warp {wp.__version__}"
 
 
 def touching_pairs(device: str) -> int:
-    """Return the number of neighbouring pairs that the device counts in a cubic lattice of 8 x 8 x 8.
+    """Test a device: return the number of neighbouring pairs that it counts in a cubic lattice of 8 x 8 x 8 points.
 
     A working device counts 3 * 7 * 8 * 8 pairs.
     """
@@ -110,9 +110,9 @@ def touching_pairs(device: str) -> int:
 
 
 def turns_of_a_recording(device: str) -> int:
-    """Run a recorded loop that contains a scan, and return the number of its turns: 8 on a working device.
+    """Test a device: replay a recorded loop and a scan, and return the number of repetitions: 8 on a working device.
 
-    Each frame of the fluid is such a recording. Old GPU drivers cannot make one.
+    Frames of the fluid are such recordings. Old GPU drivers do not support them.
     """
     turns, more = wp.zeros(1, dtype=int, device=device), wp.full(1, 1, dtype=int, device=device)
     ones, sums = wp.full(SIDE, 1, dtype=int, device=device), wp.zeros(SIDE, dtype=int, device=device)

@@ -9,7 +9,7 @@ import numpy as np
 from sealtwin.core.records import FaceLabel, Floats, Outline, Sections, Solid
 from sealtwin.core.solid_figures import SolidFigures
 
-RIM_MM = 5.0  # Thickness of the block around the hollow and below it
+RIM_MM = 5.0  # Thickness of the block around and below the hollow
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Hollow:
-    """Box that is open at the top, with walls that stand on its floor. The floor is at z = 0."""
+    """Box that is open at the top, with further walls on its floor. The floor is at z = 0."""
 
     room: Box
     walls: tuple[Box, ...] = ()
@@ -54,7 +54,7 @@ class Hollow:
 
     @cached_property
     def outline(self) -> Outline:
-        """Edge of the hollow, and the line along its middle, since a run needs a path."""
+        """Edge of the hollow, and a line along its middle, since a run needs a path."""
         (x0, y0, _), (x1, y1, _) = self.room.low_mm, self.room.high_mm
         x_mm, middle_mm = np.linspace(x0, x1, 3), (y0 + y1) / 2
         line, left, right = (np.column_stack([x_mm, np.full(3, y_mm)]) for y_mm in (middle_mm, y1, y0))
@@ -65,7 +65,10 @@ class Hollow:
 
 
 def solid_of(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float], depth_mm: float) -> Solid:
-    """Return the solid of a block whose upper face is z = 0. Its sides and underside are outside, the rest is wall."""
+    """Return the solid of a block whose upper face is at z = 0.
+
+    Its sides and underside are labelled OUTSIDE, its upper face TOP, and all other faces WALL.
+    """
     mesh = body.to_mesh()
     vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, dtype=np.int64)
     corner = vertices[faces]

@@ -41,14 +41,14 @@ from simulate.setup_checks import (
 from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
-"""Recorded origin of D if the fluid sticks to the walls. If no origin is recorded, the user gave D."""
+"""Recorded origin of D, the walls' drag, if the fluid sticks to walls. If the user gave D, no origin is recorded."""
 SUBSTEP_FACTORS = (1, 2, 4, 8)
-"""Factors by which the substeps are multiplied when a failed run is computed again. With particles of 0.38 mm, paste of
-12 Pa and 4 Pa s collapses under a nozzle with two substeps of 0.0019 s, but not with four."""
+"""Factors by which the number of substeps is multiplied when a failed run is computed again. With particles of 0.38 mm,
+paste of 12 Pa and 4 Pa s collapses under a nozzle with two substeps of 0.0019 s, but not with four."""
 SAMPLE_EVERY = 50  # Number of frames between two samples of the density error
 MAX_THREADS = 8
-"""Largest number of threads by default. With 8 threads and 2,800 moving particles, each thread has 350, which take
-about 20 us in a kernel."""
+"""Largest number of threads by default. With 8 threads and 2,800 moving particles, each thread has 350 particles, which
+take about 20 us in a kernel."""
 
 
 @dataclass
@@ -64,18 +64,18 @@ class Injection:
     statistics: RunStatistics
     frames: int  # Number of frames to the end of settling
     work: list[int]
-    """Expected computing work before each frame and after the last one. The unit is one moving particle in one frame
-    (``ParticleCounts.work``). For paste that falls asleep, the unit is half a frame."""
+    """Expected computing work from the start to each frame, and to the end. The unit is a moving particle in a frame
+    (``ParticleCounts.work``). For paste that falls asleep, the unit is a frame after the last release."""
     setup_s: float
     finer: int = 1
-    """Factor of the substeps, one of ``SUBSTEP_FACTORS``. It is above 1 if the run failed with the number of substeps
-    in the settings."""
+    """Factor by which the number of substeps is multiplied, one of ``SUBSTEP_FACTORS``. It is above 1 if the run failed
+    with fewer substeps."""
     done: int = 0  # Number of finished frames
     earlier_mm: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     """Positions of all particles after frame ``looks_back``, (n, 3). Empty before that frame."""
     moving: int = 0  # Moving particles of all runs, counted in each frame on a CPU and in sampled frames on a GPU
     failed: dict[int, NumericalError] = field(default_factory=dict)
-    """Errors of the runs that were given up, by the number of the run. The other runs continue."""
+    """Errors of the runs that failed, by the number of the run. The other runs continue."""
 
     @property
     def t_s(self) -> float:
@@ -96,17 +96,17 @@ class Injection:
     def looks_back(self) -> int:
         """Number of the frame from which the change of the level is measured.
 
-        It is at the start of the last tenth of all frames, or later while sealant is still released. If the time of
-        settling is shorter than that, it is in the middle of settling. Without settling, it is before the last release.
+        It is the start of the last tenth of all frames or, if that is later, the middle of the settling. If there is
+        almost no settling, it is always the start of the last tenth.
         """
         released, tenth = len(self.schedule.released), int(0.9 * self.frames)
         return tenth if self.frames < released + 2 else max(tenth, (released + self.frames) // 2)
 
     def advance(self) -> None:
-        """Compute one frame, and give up each run that has a fault.
+        """Compute one frame, and stop each run that has a fault.
 
-        Raises NumericalError if the last run is given up. The error names frame, time, particle and position. If frames
-        are replayed, faults are checked only when the density is sampled, and the error names that later frame.
+        Raises NumericalError if no run is left. The error states frame, time, particle and position. If frames are
+        replayed, faults are checked only when the density is sampled, and the error states that later frame.
         """
         frame, engine = self.done, self.engine
         began = time.perf_counter()
@@ -125,7 +125,7 @@ class Injection:
         self.statistics.frames_s += time.perf_counter() - began
 
     def wait(self) -> None:
-        """Wait until the device has finished, so that arrays can be read. The waiting counts as computing time."""
+        """Wait until the device has finished, so that arrays can be read. The waiting time counts as computing time."""
         began = time.perf_counter()
         wp.synchronize_device(self.engine.state.device)
         self.statistics.frames_s += time.perf_counter() - began
@@ -133,15 +133,15 @@ class Injection:
     def snapshot(self) -> dict[str, NDArray[Any]]:
         """Return all arrays that later frames depend on, and the statistics so far, by name."""
         self.wait()
-        # Copied, because on the CPU numpy() is a view of an array that the next frame changes.
+        # The arrays are copied, because on a CPU numpy() returns a view of an array that the next frame changes.
         device = {name: there.numpy().copy() for name, there in self.engine.lasting().items()}
         done = {"done": np.array(self.done), "earlier_mm": self.earlier_mm}
         return {**done, **device, **self.statistics.snapshot()}
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
-        """Return to the state of ``snapshot``. On the same CPU, the run then continues with bit-identical results.
+        """Restore the state of ``snapshot``. On the same CPU, the run then continues with bit-identical results.
 
-        Raises KeyError or ValueError, without any change, if the snapshot is of a different kind of run.
+        Raises KeyError or ValueError, without any change, if the snapshot is from a different kind of run.
         """
         lasting = self.engine.lasting()
         for name, template in self.snapshot().items():
@@ -163,13 +163,13 @@ class Injection:
         self.moving = self.engine.count_movers()
 
     def outcomes(self) -> list[Run | NumericalError]:
-        """Return for each fluid a Run in its present state, or the error for which its run was given up."""
+        """Return, for each fluid, a Run in its current state, or the error with which its run failed."""
         self.wait()
         engine, schedule, solver = self.engine, self.schedule, self.pour.solver
-        # Copied from a GPU once for all runs.
+        # The arrays of all runs are copied from a GPU together.
         position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
         status_of = engine.state.status_of()
-        # Escapes are judged by the mesh, not by the distance grid that stops particles.
+        # Escaped particles are found with the exact mesh, and not with the distance grid that stops particles.
         status_of[(status_of <= status.FROZEN) & (engine.barrier.exact_mm(position_mm) < 0)] = status.ESCAPED
         count, swelling = schedule.particles, engine.state.swelling.numpy()
         made: list[Run | NumericalError] = []
@@ -212,7 +212,7 @@ class Injection:
     def _settings(self, number: int) -> dict[str, Any]:
         fluid, solver, engine = self.pour.fluids[number], self.pour.solver, self.engine
         steps = {"substeps": engine.substeps, "iterations": engine.iterations[number].number}
-        # Without D_cm, D follows from the viscosity.
+        # If D_cm is not given, D is computed from the viscosity.
         drag = {"D_cm": self._d_cm(number), "D_from": NO_SLIP} if fluid.D_cm is None else {}
         # Empty tables, and the model of particles, are not recorded: older runs have none.
         tables = {} if fluid.curve is not None else {"curve"}
@@ -225,9 +225,9 @@ class Injection:
         }
 
     def _effects(self, number: int) -> dict[str, Any]:
-        """Return the values in effect that follow from a fluid's settings, and the regime of its flow."""
+        """Return the values that the solver uses for a fluid, and the regime of its flow."""
         fluid, paste = self.pour.fluids[number], self.pastes[number]
-        # With the paper's U, particles move before viscosity acts: like water, even if U is large.
+        # With the paper's U, particles move before viscosity acts, so they behave like water even if U is large.
         viscosity_pa_s = paste.viscosity_pa_s if paste.moves_after_viscosity else None
         viscosity_m2_s = None if viscosity_pa_s is None else viscosity_pa_s / fluid.density_kg_m3
         regime = regime_of(
@@ -250,7 +250,7 @@ class Injection:
         }
 
     def remarks_on(self, number: int) -> tuple[Fact, ...]:
-        """Return the doubts about a fluid's run. They are known before the first frame."""
+        """Return the warnings about a fluid's run that are known before the first frame."""
         remarks = remarks_on(self.pour.each[number], self.schedule, finer=self.finer)
         now = self.engine.substeps
         text = (
@@ -264,7 +264,7 @@ class Injection:
         return effective_d_cm(self.pour.fluids[number], self.pastes[number], support, self.schedule.frame_s)
 
     def _give_up_faulty(self) -> None:
-        """Give up the runs that have a fault. For the last run, raise NumericalError and leave the arrays unchanged."""
+        """Stop the runs that have a fault. If no run is left, raise NumericalError and leave the arrays unchanged."""
         for run, fault in self.engine.faults.found().items():
             sentence = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
             if fault.particle is not None:
@@ -281,33 +281,33 @@ class Injection:
 class Watcher:
     """Object whose methods are called at the start of a run and after every frame.
 
-    Among several watchers, the first begins first and is called last after a frame. When it writes a checkpoint, the
-    others have therefore written the frame's files.
+    If there are several watchers, ``begin`` is called in their order and ``after_frame`` in reverse order. When the
+    first watcher writes a checkpoint, the others have therefore already written the frame's files.
     """
 
     finer = 1
-    """``Injection.finer`` of the run that the watcher can restore. It is 1 if there is no such run."""
+    """``Injection.finer`` of the run that the watcher can restore. 1 if it can restore no run."""
 
     def begin(self, injection: Injection) -> None:
         """Prepare the watcher before the first frame of this process, and before a failed run is computed again.
 
-        A checkpoint may advance the injection here.
+        A watcher of checkpoints may restore the injection here.
         """
 
     def after_frame(self, injection: Injection) -> None:
-        """Called after each frame."""
+        """Do the watcher's work after a frame."""
 
 
 @dataclass(frozen=True)
 class ComputeOptions:
-    """Options for computing a run: the device, and the observers of its progress.
+    """Options for computing a run: device, threads, display of progress, and watchers.
 
-    On the same CPU no option changes results.
+    On the same CPU, no option changes the results.
     """
 
     device: str = "cpu"
     threads: int | None = None
-    """Number of CPU threads. None: one for each core, up to ``MAX_THREADS``."""
+    """Number of CPU threads. Default: one for each core, up to ``MAX_THREADS``."""
     progress: Progress = field(default_factory=Progress)
     watchers: Sequence[Watcher] = ()  # Watchers of the first of several runs
 
@@ -318,9 +318,9 @@ class ComputeOptions:
 
 @dataclass(frozen=True)
 class SetupCase:
-    """A pour of particles that has been checked for its crack, before walls and particles are made."""
+    """A pour whose settings have been checked for its crack, before walls and particles are made."""
 
-    pour: Pour  # With a particle radius for this crack
+    pour: Pour  # Inputs, with the particle radius in mm and loaded tables
     pastes: tuple[Rheology, ...]  # The fluids in the solver's units
     schedule: Schedule
     courses: tuple[ParticleCounts, ...]  # One for each fluid
@@ -331,10 +331,10 @@ class SetupCase:
 def case_of(pour: Pour, finer: int = 1) -> SetupCase:
     """Check all settings except the outlet.
 
-    All fluids must need the same number of substeps, which ``finer`` multiplies.
+    All fluids must need the same number of substeps. This number is multiplied by ``finer``.
 
     File names of the fluids' tables are relative to the current folder. Raises InputError if the settings do not fit
-    the crack. Raises ValueError if the numbers of substeps differ.
+    the crack, and ValueError if the numbers of substeps differ.
     """
     sample, nozzle = pour.sample, pour.nozzle
     pairs = [resolved(sample, fluid.loaded(Path()), pour.solver, nozzle) for fluid in pour.fluids]
@@ -362,7 +362,7 @@ def case_of(pour: Pour, finer: int = 1) -> SetupCase:
 
 @lru_cache(maxsize=8)
 def schedule_of(sample: Sample, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
-    """Return the schedule of releases. Runs that differ only in the fluid share it."""
+    """Return the release schedule. It is cached for runs that differ only in the fluid."""
     return plan_releases(sample.trajectory, radius_mm, diameter_mm, seed)
 
 
@@ -370,7 +370,7 @@ def schedule_of(sample: Sample, radius_mm: float, diameter_mm: float, seed: int)
 def enclosure_of(sample: Sample, radius_mm: float, device: str) -> Enclosure:
     """Return the barrier and the wall particles of a run.
 
-    They are cached, because they take a fifth of a run's time.
+    The result is cached, because computing it takes a fifth of a run's time.
     """
     return enclose(sample.solid, sample.outline, radius_mm, device)
 
@@ -379,8 +379,8 @@ def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -
     """Prepare the schedule, the walls and the particles for the first frame.
 
     Several fluids with the same number of substeps are computed together, with the same results as single runs. File
-    names of their tables are relative to the current folder. ``finer`` multiplies the number of substeps. Raises
-    InputError if the settings do not fit the crack. Raises ValueError if the numbers of substeps differ.
+    names of their tables are relative to the current folder. The number of substeps is multiplied by ``finer``. Raises
+    InputError if the settings do not fit the crack, and ValueError if the numbers of substeps differ.
     """
     if not pour.solver.has_particles:
         raise InputError(
@@ -415,7 +415,7 @@ def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -
     setup_s, frames = time.perf_counter() - began, case.courses[0].frames
     each = np.sum([course.work for course in case.courses], axis=0)
     if engine.sleeps:
-        # The number of awake particles cannot be predicted: twice the work per frame while sealant flows.
+        # The number of awake particles cannot be predicted. A frame is assumed to take twice as long during release.
         each = np.where(np.arange(frames) < len(schedule.released), 2, 1)
     work, statistics = [0, *np.cumsum(each).tolist()], RunStatistics(len(pastes))
     return Injection(pour, pastes, schedule, engine, control, statistics, frames, work, setup_s, finer)

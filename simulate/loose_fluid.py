@@ -1,4 +1,4 @@
-"""Fluid particles in a hollow, released together or by a schedule. Each frame is one substep."""
+"""Simulate fluid particles in a hollow, released together or by a schedule. Each frame is one substep."""
 
 import math
 from collections.abc import Iterator
@@ -22,12 +22,13 @@ from simulate.vessel import vessel_of
 from simulate.volume_control import VolumeControl
 
 CELL_MM = 0.4  # Width in mm of the cells in which a volume is measured
-SHORTER = 0.9  # Substep, as a fraction of the longest one that the solver allows
-SCATTER = 0.05  # Scatter of a lattice, divided by its spacing. Without scatter, even rows stay on top of each other.
+SHORTER = 0.9  # Substep, as a fraction of the longest substep that the solver allows
+# Random offset of lattice points, divided by their spacing. Without it, particles would stay stacked in columns
+SCATTER = 0.05
 
 
 def substep_s(radius_mm: float) -> float:
-    """Return the substep in s for particles of a radius."""
+    """Return the substep in s for particles of the radius ``radius_mm``."""
     return SHORTER * math.sqrt(ACCURATE_RESOLUTION.fall * 4 * radius_mm * CM / GRAVITY_CM_S2)
 
 
@@ -43,9 +44,10 @@ def filled_box_mm(
     factor: float = Solver().scheme.volume_factor,
     seed: int = 0,
 ) -> Floats:
-    """Return particles that fill a box, (n, 3): even layers away from its sides, with the same total volume as the box.
+    """Return the positions of particles that fill a box, in even layers, (n, 3).
 
-    By Eq. 6 each particle fills ``factor`` of its volume. Default: the factor at the beginning of a run.
+    Together the particles have the volume of the box. The volume of a particle is its volume by Eq. 6 times ``factor``.
+    Default: the factor at the beginning of a run.
     """
     side, kept = float(np.cbrt(factor * particle_volume(radius_mm))), CLEARANCE * radius_mm
     size = np.subtract(high_mm, low_mm)
@@ -57,7 +59,7 @@ def filled_box_mm(
 
 @dataclass
 class LooseFluid:
-    """Particles in a hollow, with the floor at z = 0."""
+    """Fluid particles in a hollow whose floor is at z = 0, and their solver."""
 
     hollow: Hollow
     engine: FluidSolver
@@ -77,9 +79,9 @@ class LooseFluid:
         device: str = "cpu",
         threads: int = 1,
     ) -> "LooseFluid":
-        """Put particles into a hollow as ``schedule`` releases them. In its positions the floor is at z = 0.
+        """Prepare particles in a hollow that are released by ``schedule``, in whose positions the floor is at z = 0.
 
-        ``solver`` gives the radius. Frames have one substep.
+        ``solver`` defines the particle radius. Frames have one substep, and there is no damping.
         """
         radius_mm = solver.size_mm
         solver = solver.model_copy(update={"substeps": 1, "damping_per_s": 0.0})
@@ -103,11 +105,11 @@ class LooseFluid:
         return cls(hollow, engine, control, radius_mm)
 
     def run(self, seconds: float, every_s: float) -> Iterator[float]:
-        """Compute ``seconds`` of flow, or until everything is at rest.
+        """Compute ``seconds`` of flow, or less if everything comes to rest before.
 
-        Yields the time every ``every_s``, and at the end.
+        Yields the time since the call at steps of ``every_s``, and at the end.
 
-        Raises NumericalError if the fluid explodes or goes through a wall.
+        Raises NumericalError if the run has a numerical fault.
         """
         frame_s, first, moments = self.engine.step_s, self.frames, 0
         last = first + self.frames_in(seconds)
@@ -153,24 +155,24 @@ class LooseFluid:
 
     @property
     def half_mm(self) -> float:
-        """Half the side in mm of the cube that has a particle's volume."""
+        """Half the side of a cube with a particle's volume, in mm."""
         return float(np.cbrt(particle_volume(self.radius_mm))) / 2
 
     @property
     def height_mm(self) -> float:
-        """Height of the highest fluid above the floor."""
+        """Height of the highest point of the fluid above the floor, in mm."""
         return float(self.place_mm[:, 2].max()) + self.half_mm
 
     @property
     def volume_mm3(self) -> float:
-        """Volume in mm3 below the surface that the particles form."""
+        """Volume between the walls and the surface of the particles, in mm3."""
         return vessel_of(self.hollow.solid, CELL_MM).volume_mm3(self._released_mm, self.half_mm)
 
 
 def all_at_once(place_mm: Floats, radius_mm: float, frame_s: float | None = None) -> Schedule:
     """Return a schedule that releases all particles in the first frame, at rest. ``place_mm`` is (n, 3).
 
-    Default of ``frame_s``: the substep for particles of this radius.
+    By default, ``frame_s`` is the substep for particles of this radius.
     """
     count = len(place_mm)
     return Schedule(

@@ -30,7 +30,7 @@ Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MAX_ROWS, s
 
 
 class Course(NamedTuple):
-    """Viscosity and yield stress over age, all (n,)."""
+    """Viscosity and yield stress over age. All arrays are (n,)."""
 
     age_s: Floats
     viscosity_pa_s: Floats
@@ -68,8 +68,8 @@ class MaterialCurve(Settings):
 
 
 ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several")
-"""Discriminator of a table that is given by a file's name or by its columns. A validation error then refers to the form
-that was given."""
+"""Discriminator of a table that is given by a file's name or by its columns. A validation error refers to the form that
+the user gave."""
 if TYPE_CHECKING:
     # A keyword takes a file's name or a mapping, and the field then has one of these types.
     CurveOrFile = Any
@@ -88,7 +88,7 @@ def read_curve(path: Path) -> MaterialCurve:
 
 
 def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str] | None:
-    """Return the row (from 0), the column and the fault of the first invalid value. Returns None if all are valid."""
+    """Return row (counted from 0), column and fault of the first invalid value. None if all values are valid."""
     longest = max(len(values) for values in columns.values())
     for name, values in columns.items():
         low, high = BOUNDS[name]

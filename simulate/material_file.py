@@ -14,9 +14,9 @@ Sentence = Annotated[str, Field(min_length=1, max_length=300, pattern=r"^[^\x00-
 # Not strict: after a validator with mode="before", pydantic no longer accepts a JSON list as a tuple.
 Sentences = Annotated[tuple[Sentence, ...], Field(max_length=20, strict=False)]
 Interval = Annotated[tuple[float, float], Field(strict=False)]
-NAME = "file of a material"
+NAME = "material file"
 KEY_OF_LAW = {Law.BINGHAM: "viscosity_pa_s", Law.HERSCHEL_BULKLEY: "consistency_pa_s_n"}
-"""Key of a material file that gives its viscosity, for each law of flow that a material can have."""
+"""Key for the viscosity in a material file, for each law of flow that a material can have."""
 STARTER = "'sealtwin material spread PHOTO' or 'sealtwin material rheometer CSV' writes one"
 
 
@@ -32,20 +32,20 @@ class Material(Settings):
     yield_stress_pa: float = Field(ge=0, le=1e4)
     """Yield stress of the fresh paste."""
     yield_stress_error_pa: float = Field(ge=0, le=1e4)
-    """Standard uncertainty of the yield stress: half the half-width of its 95 % interval."""
+    """Standard uncertainty of the yield stress, which is a quarter of the width of its 95 % interval."""
     yield_stress_95_pa: Interval
     """95 % interval of the yield stress."""
     viscosity_pa_s: float | None = Field(default=None, gt=0, le=1e4)
     """Plastic viscosity (Bingham). None if it was not measured."""
     consistency_pa_s_n: float | None = Field(default=None, gt=0, le=1e4)
-    """Consistency K of the Herschel-Bulkley law, given instead of a viscosity."""
+    """Consistency K of the Herschel-Bulkley law. It is given instead of a viscosity."""
     consistency_95_pa_s_n: Interval | None = None
-    """95 % interval of K. K and n depend on each other, so the ends of both intervals do not form a flow curve
-    together."""
+    """95 % interval of K. The errors of K and n are correlated, so the ends of both intervals do not belong to one flow
+    curve."""
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
     """Flow index n of the Herschel-Bulkley law."""
     flow_index_95: Interval | None = None
-    """95 % interval of n. If a viscosity is given, it includes 1."""
+    """95 % interval of n. If a viscosity is given, the interval includes 1."""
     viscosity_error_percent: float | None = Field(default=None, ge=0, le=1000)
     """Standard uncertainty of the viscosity, or of the viscous stress K rate^n in the middle of the measured shear
     rates. An uncertainty budget changes K by this percentage at the same n."""
@@ -56,19 +56,19 @@ class Material(Settings):
     density_error_kg_m3: float = Field(ge=0, le=2e4)
     """Standard uncertainty of the density."""
     basis: Sentences = ()
-    """Sentences about what was measured, and about the sources of the uncertainty."""
+    """Sentences that state what was measured, and the sources of the uncertainty."""
     not_for: Sentences
     """Purposes for which these numbers must not be used."""
     doubts: Sentences = ()
-    """Sentences on effects that were measured but are not in the law of flow. Page one of a report shows them."""
+    """Sentences about effects that were measured but are not part of the law of flow. Reports show them on page one."""
     radius_mm: float | None = Field(default=None, gt=0, le=10)
-    """Particle radius in the calibration that gave these values. A run with another radius is refused."""
+    """Particle radius of the runs with which these values were calibrated. A run with another radius is refused."""
     substeps: int | None = Field(default=None, ge=1, le=1000)
     """Number of substeps per frame in the runs of the calibration."""
 
     @property
     def thickness(self) -> tuple[str, float] | None:
-        """Measured setting of [fluid] that makes the paste viscous, and its value. None if none was measured."""
+        """Measured viscosity or consistency: its key in [fluid], and its value. None if neither was measured."""
         values = {"viscosity_pa_s": self.viscosity_pa_s, "consistency_pa_s_n": self.consistency_pa_s_n}
         return next(((key, value) for key, value in values.items() if value is not None), None)
 
@@ -95,5 +95,5 @@ def read_material(path: Path) -> Material:
     """Read a material.toml. Raises InputError if it is missing or invalid."""
     content = read_toml(path, name=NAME, starter=STARTER)
     if content and not content.keys() & Material.model_fields.keys():
-        raise InputError(f"{path}: not a {NAME}: it has {next(iter(content))}, but no key of a material. {STARTER}.")
+        raise InputError(f"{path}: not a {NAME}: its key {next(iter(content))} is not a key of such a file. {STARTER}.")
     return checked(Material, path, content)

@@ -1,4 +1,4 @@
-"""The inputs of a run, which pours sealant into a crack."""
+"""Inputs of a run, in which a nozzle pours sealant into a crack."""
 
 from dataclasses import dataclass, field, replace
 
@@ -7,12 +7,12 @@ from sealtwin.core.records import Sample
 from sealtwin.core.settings import doubts_of
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 
-MIN_MOUTH_MM = 1.5  # Smallest mouth width for judging nozzles, which are rarely finer than 3 mm
+MIN_MOUTH_MM = 1.5  # Smallest mouth width with which the nozzle's diameter is compared. Nozzles are rarely below 3 mm
 
 
 @dataclass(frozen=True)
 class Pour:
-    """Inputs of a run: sealant that a nozzle pours into a crack. Several fluids have a run each, in one launch."""
+    """Inputs of a run, in which a nozzle pours sealant into a crack. Each fluid has its own run, in one launch."""
 
     sample: Sample
     fluids: tuple[Fluid, ...]
@@ -23,17 +23,17 @@ class Pour:
 
     @property
     def fluid(self) -> Fluid:
-        """The fluid of a pour that has only one."""
+        """The only fluid. Raises ValueError if there are several fluids."""
         (fluid,) = self.fluids
         return fluid
 
     @property
     def each(self) -> list["Pour"]:
-        """This pour divided into one pour for each fluid."""
+        """One pour for each fluid."""
         return [replace(self, fluids=(fluid,)) for fluid in self.fluids]
 
     @property
     def doubts(self) -> tuple[Fact, ...]:
-        """Questions about settings of the only fluid, the nozzle and the slope that are outside their likely range."""
+        """Warnings about settings of the only fluid, the nozzle and the slope that are outside their likely range."""
         mouth_mm = self.sample.solid.figures.mouth_width_mm or self.sample.outline.mean_width_mm
         return doubts_of(self.fluid, self.nozzle, self.slope, width_mm=max(mouth_mm, MIN_MOUTH_MM))

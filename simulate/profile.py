@@ -1,15 +1,15 @@
 """Measure the profile, which is the height of the settled sealant's surface along the crack, and the volume.
 
 Lengths are in mm and speeds in mm/s. ``measure_profile`` follows the paper's method (side view as pixels, smoothing by
-a box of ones, longest run in each column, top edge of this run). It removes what the pixels and the box add:
+a box of ones, longest run in each column, top edge of this run). It corrects the errors from pixels and box:
 
-- A box of 2R + 1 pixels shows a particle's top up to R before and behind the particle. This lifts the surface by up
-  to m R on a slope m. A reading is therefore assigned to its particle's position, and other columns are interpolated.
-- The top edge of a pixel is up to one pixel above the top edge of the particle. Pixels only select the particle, and
-  its own z is read.
-- A particle has the volume of a cube of side Vp^(1/3) (Eq. 6: 1.73 R), so the liquid ends half a side above the
-  topmost centres. The level of a liquid times its width is then its volume. Paste is higher in the middle of a crack,
-  and the side view shows this height (``simulate/slot/mound.py``).
+- A box of 2R + 1 pixels shows a particle's top up to R before and behind the particle. On a slope m, this raises the
+  surface by up to m R. A reading is therefore assigned to its particle's position, and other columns are interpolated.
+- The top edge of a pixel is up to one pixel above the top edge of the particle. Pixels are therefore used only to
+  select the particle, and the height is the particle's own z.
+- A particle's volume Vp is a cube with side Vp^(1/3) (by Eq. 6, 1.73 R), so the liquid ends half a side above the
+  topmost centres. The area below the level of a liquid, times the crack's width, is then the liquid's volume. Paste is
+  higher in the middle of a crack, and the side view shows this height.
 """
 
 import numpy as np
@@ -30,13 +30,13 @@ CELL_MM = 0.4  # Width of the cells in which volumes are measured
 def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
     """Return the level of the sealant every 0.2 mm from s = 0 to the crack's length, square to the face on any slope.
 
-    Sealant in the cavity or above its mouth counts. Sealant on the face next to the mouth does not count, although the
-    paper's side view shows it. The reason is that a caliper measures in the crack: a film at 0.8 mm next to a crack
-    that is filled to -0.5 mm does not raise the level in the crack. Over a full crack both methods show the same heap.
+    Sealant in the cavity or above its mouth counts. Sealant on the face beside the mouth does not count, although the
+    paper's side view shows it, because a caliper measures in the crack: sealant at 0.8 mm beside a crack that is filled
+    to -0.5 mm does not raise the level in the crack. Over a full crack, both methods show the same heap.
 
     Particles beyond the sample's edge and particles in flight do not count either. In a column without a particle, the
-    level is the floor. Gaps of up to a particle's diameter, in a column or between columns, are closed. A run of the
-    fast model already has its level. Raises NumericalError if a position is not finite.
+    level is the floor. Gaps of up to a particle's diameter, in a column or between columns, are closed. For a run of
+    the fast model, returns the level that the model has computed. Raises NumericalError if a position is not finite.
     """
     if isinstance(run, Run) and run.level is not None:
         return run.level
@@ -62,13 +62,13 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
 def volume_ratio(run: Run, solid: Solid, cell_mm: float = CELL_MM) -> float:
     """Return the volume between the walls and the settled particles' surface, divided by the dispensed volume.
 
-    Heaps above the face and films on it count. Spilled particles and particles in flight do not count, and lower the
-    ratio. Each particle raises the surface within 1/sqrt(2) of its spacing, the distance that closes a square lattice.
-    A vertical line ends at the solid below and above it, also at undercut walls.
+    Heaps above the face and films on it count. Spilled particles and particles in flight do not count, so they reduce
+    the ratio. Each particle raises the surface within 1/sqrt(2) of the particles' spacing, so that a square lattice has
+    no gaps. Heights are measured along vertical lines, which end at the solid, also below undercut walls.
 
     Accuracy: for lattices of known volume, without and with 20 % scatter, in vertical, leaning and flaring slots, the
-    ratio is 0.984 to 1.004. The edge of a film on the face gains up to 0.2 R, and a slope m gains about 0.4 m R. A run
-    of the fast model already has its ratio.
+    ratio is 0.984 to 1.004. The edge of a film on the face is up to 0.2 R too wide, and a surface with slope m is about
+    0.4 m R too high. For a run of the fast model, returns the ratio that the model has computed.
     """
     if not run.has_particles and run.health.volume_ratio is not None:
         return run.health.volume_ratio
@@ -83,10 +83,10 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = CELL_MM) -> float:
 def settled(run: Bed, depth_mm: Floats) -> Booleans:
     """Return the mask of particles that are on the sample, (n,): neither beyond its edge nor in flight.
 
-    ``depth_mm`` is the depth of the floor below each particle, (n,). A particle is in flight under two conditions: it
-    falls along gravity faster than after a free fall of one radius, sqrt(2 g R), and it is more than a radius above all
-    slower particles within a diameter. Fast particles in a surface are therefore not in flight. If particles in flight
-    counted, the jet would add a spike of 2.6 mm under the nozzle.
+    ``depth_mm`` is the depth of the floor below each particle, (n,). A particle is in flight if both conditions hold:
+    it falls faster than after a free fall of one radius, sqrt(2 g R), and it is more than a radius above the floor and
+    above all slower particles within a diameter. Fast particles in a surface are therefore not in flight. If particles
+    in flight counted, the jet would add a spike of 2.6 mm under the nozzle.
     """
     on_sample = ~run.spilled
     down = SampleSlope.model_validate(run.settings.get("sample", {})).down
@@ -111,12 +111,15 @@ def fastest_fall_mm_s(radius_mm: float) -> float:
 
 
 def half_side_mm(radius_mm: float, particle_volume_mm3: float) -> float:
-    """Return the height of liquid above the topmost centres: half the side of a particle's cube, at most the radius."""
+    """Return the height of liquid above the topmost centres: half the side of a cube with a particle's volume.
+
+    The height is limited to the radius.
+    """
     return min(radius_mm, float(np.cbrt(particle_volume_mm3)) / 2)
 
 
 def over_cavity(position_mm: Floats, solid: Solid) -> Booleans:
-    """Return the mask of particles over the cavity, (n,): below the face, or above it but not over its triangles."""
+    """Return the mask of particles in or over the cavity, (n,): below the face, or higher but not over the face."""
     counted = np.ones(len(position_mm), dtype=bool)
     above = np.flatnonzero(position_mm[:, 2] > 0)
     point = position_mm[above, :2]
@@ -130,7 +133,7 @@ def over_cavity(position_mm: Floats, solid: Solid) -> Booleans:
 class _SideView:
     """Side view of particles as pixels in s and z, smoothed by a box of 2R + 1 pixels of ones.
 
-    The first station is in the middle of column ``margin``. Each further column has one station.
+    The first station is in the middle of column ``margin``. Each further station is in the next column.
     """
 
     def __init__(self, s_mm: Floats, z_mm: Floats, radius_mm: float, pixel_mm: float) -> None:
@@ -138,13 +141,13 @@ class _SideView:
         self.half = int(np.ceil(radius_mm / pixel_mm - 1e-9))
         self.gap = round(2 * radius_mm / pixel_mm)
         nearest = np.rint(s_mm / pixel_mm).astype(int)
-        # Room for the box and for closing, which erodes at a border.
+        # The margin has space for the box and for closing gaps, which erodes at a border.
         self.margin = self.half + self.gap + 1 - min(0, int(nearest.min()))
         self.column = nearest + self.margin
         self.row = np.floor((z_mm - z_mm.min()) / pixel_mm).astype(int) + self.margin
 
     def surface(self, stations: int) -> tuple[Booleans, Floats]:
-        """Return the mask of stations with liquid and the height of their topmost centres, both (stations,)."""
+        """Return a mask of stations with liquid, and the height of the topmost centres there, (stations,) each."""
         columns = max(int(self.column.max()), self.margin + stations) + self.margin + 1
         filled = np.zeros((columns, self.row.max() + self.margin + 1), dtype=bool)
         filled[self.column, self.row] = True
@@ -162,9 +165,9 @@ class _SideView:
         return covered[window], height_mm[window]
 
     def _readings(self, top_row: Integers) -> tuple[Integers, Floats]:
-        """Return the columns that have particles at the top of a longest run, and their mean height in each column.
+        """Return the columns that contain particles at the top of a longest run, and their mean heights, (n,) each.
 
-        A particle is at the top if its box ends there.
+        A particle is at the top of a run if its box ends there.
         """
         makes_top = np.zeros(len(self.column), dtype=bool)
         for shift in range(-self.half, self.half + 1):
@@ -174,13 +177,13 @@ class _SideView:
 
 
 def _closed(pixels: Booleans, gap: tuple[int, ...]) -> Booleans:
-    """Close gaps of up to ``gap`` pixels, along each axis whose gap is above 1, and return the pixels."""
+    """Return the pixels with gaps of up to ``gap`` pixels closed, along each axis whose ``gap`` is above 1."""
     structure = np.ones([size + 1 if size > 1 else 1 for size in gap])
     return np.asarray(ndimage.binary_closing(pixels, structure), dtype=bool)
 
 
 def _longest_run_top(column: Booleans) -> int:
-    """Return the last index of the longest run of ones, or of the upper of two equal runs. Returns -1 without ones."""
+    """Return the last index of the longest run of ones, or of the upper of equal runs. -1 if there are no ones."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], column.view(np.int8), [0]])))
     begins, ends = edges[::2], edges[1::2]
     if not len(begins):

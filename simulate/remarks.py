@@ -1,4 +1,4 @@
-"""Doubts about a fluid that are known before the first frame: effects that its run will not show."""
+"""Warnings before the first frame about effects that a run of particles cannot show for a fluid."""
 
 import math
 from collections.abc import Iterator
@@ -16,33 +16,33 @@ from simulate.setup_checks import carried, solved_as
 from simulate.shear_law import FLOW_BETWEEN_PLATES, flow_between_plates
 
 THIN = 0.1
-"""Fraction of the viscosity that particles may add without a remark. It is the tolerance of the channel tests."""
+"""Fraction of the fluid's viscosity that particles may add without a warning, the tolerance of the channel tests."""
 SINKING_DEPTHS = 1.5
-"""Distance that sealant must sink under its own weight so that there is no remark, divided by the depth of the crack.
-Of 24 pours between walls 2 and 3.1 mm apart, those that sank up to 1.4 depths left hollows of up to 71 % of their
-volume. Those that sank 1.9 depths or more kept their volume to 2.4 %."""
+"""If sealant sinks under its own weight by less than this, divided by the crack's depth, there is a warning. In 24
+pours between walls 2 and 3.1 mm apart, sealant that sank up to 1.4 depths left hollows of up to 71 % of its volume.
+Sealant that sank 1.9 depths or more left hollows of at most 2.4 %."""
 
 FED = 0.75
-"""Distance that the nozzle must move before paste is too stiff to sink, so that there is no remark, divided by the
-width of the crack. Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their
-volume or more. Those with 0.92 widths or more kept their volume to 3 %."""
+"""If the nozzle moves by less than this, divided by the crack's width, before paste is too stiff to sink, there is a
+warning. In pours of thin paste that stiffens, hollows were 54 % of the volume or more with up to 0.62 widths, and at
+most 3 % with 0.92 widths or more."""
 AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
 MIN_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 
 
 def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fact]:
-    """Yield doubts about effects that a run of particles with the pour's only fluid cannot show.
+    """Yield warnings about effects that a run of particles with the pour's only fluid cannot show.
 
-    ``schedule`` is the schedule of the run, and ``finer`` multiplies the number of substeps. The solver's radius must
-    be a number. Raises InputError for a fluid that cannot be simulated.
+    ``schedule`` is the run's release schedule. The number of substeps is multiplied by ``finer``. The solver's radius
+    must be a number. Raises InputError for a fluid that cannot be simulated.
     """
     fluid, solver, outline, solid = pour.fluid, pour.solver, pour.sample.outline, pour.sample.solid
     radius_mm, frame_s, width_mm = solver.size_mm, schedule.frame_s, outline.mean_width_mm
     if not carried(solid, outline, width_mm / 8):
         across = width_mm / radius_mm / 2
         text = (
-            f"solver.radius_mm = {radius_mm:g}: no run can have four particles across a crack {width_mm:.3g} mm wide "
-            f"and {outline.length_mm:.0f} mm long; here {across:.2g} particles are across it."
+            f"solver.radius_mm = {radius_mm:g}: four particles across a crack {width_mm:.3g} mm wide and "
+            f"{outline.length_mm:.0f} mm long exceed the limits of a run. Here {across:.2g} particles are across it."
         )
         yield doubt("fluid.few-across", text, across)
     frames = course_of(schedule, fluid, solver.settle_s).frames
@@ -73,8 +73,8 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     if at_wall_pa[0] > stands_pa:
         text = (
             f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: a yield stress of {stress_pa[0]:g} Pa supports "
-            f"the paste between walls {width_mm:.3g} mm apart, since its weight overcomes at most {stands_pa:.2g} Pa "
-            "there. Paste that the jet does not push down bridges the crack and leaves a hollow below."
+            f"the paste between walls {width_mm:.3g} mm apart, since the paste's weight overcomes at most "
+            f"{stands_pa:.2g} Pa there. Paste that the jet does not push down bridges the crack, with a hollow below."
         )
         yield doubt(BRIDGES, text, float(stress_pa[0]), "Pa")
         return
@@ -82,7 +82,7 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
     stands_s = float(age_s[stands.argmax()]) if stands.any() else math.inf
     if paste.law not in FLOW_BETWEEN_PLATES:
         return
-    # The speed at which paste sinks between upright plates by its weight, at each age.
+    # Speed at which paste of each age sinks between upright plates under its own weight.
     wall_pa_s = paste.wall_share * np.maximum(viscosity_pa_s if fluid.U is not None else aged_pa_s, MIN_PA_S)
     half_mm = width_mm / 2
     sinks = flow_between_plates(paste.law, at_wall_pa / half_mm, half_mm, wall_pa_s, paste.flow_index)
@@ -99,7 +99,8 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
             )
             yield doubt("fluid.stops-sinking", text, stands_s, "s")
             return
-    # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
+    # With D_cm, the drag of walls is smaller than without slip. The paper's U always has a D_cm, and particles then
+    # move before viscosity acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SINKING_DEPTHS * solid.depth_mm:
         text = (
             f"fluid.{law or 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant "

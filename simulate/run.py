@@ -23,15 +23,15 @@ from simulate.slot.run import pour as pour_fast
 from simulate.vessel import vessel_of
 
 SMOOTHED = 10.0
-"""Length, in particle radii, over which the change of a level is averaged. Averaging is needed because single particles
-move in sealant at rest. The change is not judged within this distance of the sealant that the nozzle released last."""
-PLACES = 0.95  # Fraction of the positions whose distance from rest is at most the reported one
-WORTH_SAYING_S = 20.0  # Expected time of a run, in s, from which on it is printed at the start
-Filled = tuple[Run, Profile]  # A run, with its volume ratio, and the run's level
+"""Length, in particle radii, over which the change of a level is averaged, because single particles move in sealant at
+rest. Within this distance of the sealant that the nozzle released last, the change is ignored."""
+PLACES = 0.95  # Fraction of the positions at which the distance from rest is at most the reported distance
+WORTH_SAYING_S = 20.0  # If the expected time of a run, in s, is longer, it is printed at the start
+Filled = tuple[Run, Profile]  # A run with its volume ratio, and the run's level
 
 
 def fill(pour: Pour, options: ComputeOptions | None = None) -> Filled:
-    """Follow the trajectory, let the only fluid settle for ``solver.settle_s`` and measure its level.
+    """Pour the only fluid along the trajectory, let it settle for ``solver.settle_s``, and measure its level.
 
     ``solver.model`` selects the method. The fast model ignores the options. On the same CPU, the same input and seed
     give bit-identical results with any number of threads. Raises InputError if the settings do not fit the crack.
@@ -47,8 +47,8 @@ def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalErr
     """Fill one crack with each of several fluids in one launch. The results equal the results of ``fill``.
 
     A run with a numerical fault is computed again with twice the substeps, and again up to the last factor of
-    ``SUBSTEP_FACTORS``. If it still fails, or if the user set the number of substeps, the result of the run is its
-    error. Raises InputError if one of the fluids cannot be simulated.
+    ``SUBSTEP_FACTORS``. If it still fails, or if the user set the number of substeps, the error is the
+    result. Raises InputError if one of the fluids cannot be simulated.
     """
     for fluid in pour.each:
         for doubt in fluid.doubts:
@@ -60,9 +60,9 @@ def fill_each(pour: Pour, options: ComputeOptions) -> list[Filled | NumericalErr
 
 
 def check(pour: Pour) -> None:
-    """Raise InputError for the same inputs as ``fill``, without a run.
+    """Raise InputError for the same inputs as ``fill``, without computing a run.
 
-    Wall particles are not built, because that takes seconds.
+    Wall particles are not made, because that takes seconds.
     """
     if not pour.solver.has_particles:
         pour_fast(pour)
@@ -74,9 +74,9 @@ def check(pour: Pour) -> None:
 
 
 def follow(injection: Injection, options: ComputeOptions) -> None:
-    """Compute the remaining frames, up to the last one or until nothing moves.
+    """Compute the remaining frames, until the last frame or until nothing moves.
 
-    Raises NumericalError if every run was given up.
+    Raises NumericalError if every run has failed.
     """
     progress, watchers, work = options.progress, options.watchers, injection.work
     for watcher in watchers:
@@ -84,7 +84,7 @@ def follow(injection: Injection, options: ComputeOptions) -> None:
     progress.start("Simulating", work[-1], work[injection.done])
     model_s = PARTICLE_S * injection.engine.substeps * float(work[-1] - work[injection.done]) + progress.later_s
     if model_s > WORTH_SAYING_S and injection.engine.state.device == "cpu":
-        progress.note(f"The run takes about {in_words(model_s)}, by a model. A better estimate follows after a tenth.")
+        progress.note(f"The run takes about {in_words(model_s)} (estimate). A better one follows after a tenth.")
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
         for watcher in reversed(watchers):
@@ -93,7 +93,7 @@ def follow(injection: Injection, options: ComputeOptions) -> None:
 
 
 def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection[Fact] = ()) -> Injection:
-    """Compute a launch. ``Injection.failed`` has its failed runs. Remarks in ``shown`` are not printed again."""
+    """Compute all runs of a launch. Failed runs are in ``Injection.failed``. Warnings in ``shown`` are not printed."""
     injection = prepare(pour, options, finer)
     for remark in injection.remarks_on(0):
         if remark not in shown:
@@ -109,7 +109,7 @@ def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection
 def _result(
     pour: Pour, options: ComputeOptions, injection: Injection, number: int, outcome: Run | NumericalError
 ) -> Filled | NumericalError:
-    """Measure a run of a launch. If the run failed, compute it again, alone and with twice the substeps."""
+    """Measure a run of a launch. If the run failed, compute it again by itself, with twice the substeps."""
     if not isinstance(outcome, NumericalError):
         if outcome.escaped_particles:
             escaped = outcome.escaped_particles
@@ -136,12 +136,13 @@ def _measured(injection: Injection, run: Run, number: int) -> Filled:
 
 
 def _rest(injection: Injection, run: Run, level: Profile, number: int) -> dict[str, float | None]:
-    """Return the distance of a level from its level at rest, ``to_rest_mm``, which 95 % of the positions do not exceed.
+    """Return ``to_rest_mm``, the distance of a level from the level at rest, which 95 % of the positions do not exceed.
 
-    A fluid without a yield stress that does not freeze has a flat level at rest, ``flat_mm``, if this is below the face
-    of a level sample. The level of other fluids approaches rest as 1 / t^n, where t is the time since the last sealant
-    was released (Matson and Hogg 2007, doi:10.1016/j.jnnfm.2006.05.003). The change since frame ``looks_back``
-    therefore shows the remaining change. Without settling, the remaining change behind the nozzle is at least as large.
+    Also returns ``flat_mm``, the level at rest of a fluid without a yield stress that does not freeze. It is None for
+    other fluids, on a slope, and above the face. The level of other fluids approaches rest as 1 / t^n, where t is the
+    time since the last release (Matson and Hogg 2007, doi:10.1016/j.jnnfm.2006.05.003). The remaining change is
+    therefore computed from the change since frame ``looks_back``. If there was no settling, the change itself is used,
+    which is a lower bound behind the nozzle.
     """
     pour, schedule, s_mm = injection.pour, injection.schedule, level.s_mm
     solid, outline, fluid = pour.sample.solid, pour.sample.outline, pour.fluids[number]

@@ -15,17 +15,17 @@ from simulate.material_file import Material, read_material
 from simulate.shear_law import Law
 
 STIFFEST_U = 1e6
-"""Largest U that is accepted. It is a hundred times the U of the paper's stiffest fluid, and as stiff as a solid.
-Depending on its substep, a run may only be able to solve for a smaller U."""
-MAX_YIELD_PA = 1e4  # Yield stress in Pa of paste that has set, which carries a column of one metre
-PAPERS_D_CM = 0.3  # The paper's D. It was fitted together with U, because it cannot be measured.
+"""Largest U that is accepted: a hundred times the U of the paper's stiffest fluid, and practically a solid. The substep
+of a run may limit U to a smaller value."""
+MAX_YIELD_PA = 1e4  # Largest yield stress in Pa, that of hardened paste. It carries a column of paste one metre high
+PAPERS_D_CM = 0.3  # D of the paper, which was fitted together with U, because D cannot be measured
 # Water has 0.001 Pa s, epoxy 0.1 to 10, honey 2 to 20, hot bitumen and hot sealants 0.1 to 6 (ASTM D6690), cement paste
 # 0.1 to 5 (Mohammed et al. 2014).
 VISCOSITY = Likely(0.0, 50.0, "Pa s", "in mPa s")
 DENSITY = Likely(700.0, 3500.0, "kg/m3", "in g/cm3 or N/m3")  # From alcohol to heavy mortar
 SLOPE = Likely(-12.0, 12.0, "degrees", "in percent")  # Roads stay below 12 degrees
 NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, or in tenths of a mm", of_width=True)
-MIN_WALL_SHARE = 0.05  # Smallest wall_share: with less, the paste would not notice the wall
+MIN_WALL_SHARE = 0.05  # Smallest wall_share. With less, the wall would have almost no effect
 
 
 class GivenLaw(NamedTuple):
@@ -43,9 +43,9 @@ LAWS = {
     "viscosity_pa_s": GivenLaw(Law.BINGHAM, (*_STRESSES, "density_kg_m3")),
     "consistency_pa_s_n": GivenLaw(Law.HERSCHEL_BULKLEY, ("flow_index", *_STRESSES, "density_kg_m3")),
 }
-"""Laws of flow, by the setting that selects them. The first of these settings that a fluid has decides."""
+"""Laws of flow, by the setting that selects them. If a fluid has several of these settings, the first one selects."""
 VISCOSITIES_PA_S = tuple(key for key in LAWS if key not in ("material", "curve", "U"))
-"""Settings that select a law of flow by its viscosity at a shear rate of 1/s."""
+"""Settings that select a law of flow, and whose value is the viscosity at a shear rate of 1/s."""
 
 
 def excluded_by(key: str) -> list[str]:
@@ -55,8 +55,8 @@ def excluded_by(key: str) -> list[str]:
 
 
 OF_MATERIAL = ("yield_stress_pa", "density_kg_m3", "consistency_pa_s_n", "flow_index")
-"""Settings that a material gives. None is a value too. The viscosity may be given in addition to a material without
-one."""
+"""Settings whose values come from a material, including None. If the material has no viscosity, viscosity_pa_s may be
+given in addition."""
 MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
 
 
@@ -71,62 +71,63 @@ class Fluid(Settings):
     """The sealant: the paper's U and D, a viscosity, K and n of the Herschel-Bulkley law, a curve or a material."""
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
-    """Weight of the fluid's viscosity in Eq. 5. It is dimensionless with lengths in cm, as in the paper. In a frame of
+    """Weight of the fluid's viscosity in Eq. 5. It is dimensionless, with lengths in cm as in the paper. In a frame of
     7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about the viscosity of water. Without a yield stress,
-    particles move before U acts, so a large U does not make them viscous."""
+    particles move before U acts, so even a fluid with a large U flows like water."""
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
     """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. If the viscosity
-    is given in another way, the fluid sticks to the walls by default."""
+    is given by another setting, the fluid sticks to the walls by default."""
     wall_share: float | None = Field(default=None, ge=MIN_WALL_SHARE, le=1)
-    """Stress that walls and floor take up, divided by the stress in the paste at the same shear rate. Default: 1, for
-    rough walls to which the paste sticks. At 0.5 the paste slides once the stress at the wall is half its yield stress.
-    It cannot be combined with D_cm, which also sets the drag of the walls."""
+    """Stress at walls and floor, divided by the stress in the paste at the same shear rate. Default: 1, for rough walls
+    to which the paste sticks. With 0.5, the paste slides along a wall if the stress at the wall is more than half the
+    yield stress. It cannot be combined with D_cm, which also sets the drag of the walls."""
     viscosity_pa_s: Annotated[float | None, VISCOSITY] = Field(default=None, ge=0, le=1e4)
     """Dynamic viscosity, given instead of U. With a yield stress, it is the plastic viscosity (Bingham). Cement grouts
     have 0.15 to 0.46 Pa s (Mohammed et al. 2014, doi:10.4236/eng.2014.65026). Particles move with the velocity after
-    viscosity has acted. With U and without a yield stress, they move before viscosity acts, as in the paper."""
+    viscosity has acted. With U and no yield stress, particles move before viscosity acts, as in the paper."""
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
     """Consistency K of the Herschel-Bulkley law, in Pa s^n. The stress is yield_stress_pa + K gamma^flow_index at a
-    shear rate gamma. K is the viscosity at a shear rate of 1/s. Give it instead of viscosity_pa_s if flow_index is not
+    shear rate gamma. K is the viscosity at a shear rate of 1/s. Give K instead of viscosity_pa_s if flow_index is not
     1."""
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
-    """Power n of the shear rate in the stress. Default: 1, for a viscosity that does not depend on the shear rate.
-    Below 1 the paste becomes thinner as it is sheared, above 1 thicker. Values other than 1 need consistency_pa_s_n."""
+    """Power n of the shear rate in the stress. Default: 1, for a viscosity that does not depend on the shear rate. With
+    n below 1, the paste is thinner at higher shear rates, and with n above 1 thicker. Values other than 1 need
+    consistency_pa_s_n."""
     density_kg_m3: Annotated[float, DENSITY] = Field(default=1690.0, ge=1, le=2e4)
     """Density of the sealant. Default: cement paste with a water-cement ratio of 0.67, from cement of 3150 and water of
-    1000 kg/m3. The density converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed
-    of a fall. A density below 1 would be the density of a gas."""
+    1000 kg/m3. The density converts viscosity_pa_s into U, and relates stresses to weight. It does not change how fast
+    sealant falls. A density below 1 would be a gas."""
     yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
-    """Yield stress of fresh paste (Bingham). Under a lower stress the paste does not flow. Cement grouts have 5 to 37
-    Pa (Mohammed et al. 2014, cited for viscosity_pa_s)."""
+    """Yield stress of fresh paste. At lower stresses the paste does not flow. Cement grouts have 5 to 37 Pa (Mohammed
+    et al. 2014, cited for viscosity_pa_s)."""
     structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
-    """Increase of the yield stress per second while the paste cures. It is the same at rest and in motion."""
+    """Increase of the yield stress per second while the paste cures. The increase is the same at rest and in motion."""
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
-    """Yield stress at which curing ends. Default: curing does not end."""
+    """Yield stress at which the increase by structuration_pa_per_s ends. Default: the increase does not end."""
     curve: CurveOrFile | None = None
     """Viscosity and yield stress over age. It replaces U, viscosity_pa_s and the three settings of the yield stress.
     Give a CSV file, or its columns age_s, viscosity_pa_s and yield_stress_pa. Between rows the yield stress and the
     logarithm of the viscosity are linear. Outside the ages they are constant."""
     material: MaterialOrFile | None = None
-    """A material.toml, written by 'sealtwin material'. It gives the yield stress, the density and, if measured, either
-    the viscosity or consistency_pa_s_n and flow_index. Its uncertainties are used unless [uncertainty] declares
+    """File material.toml, written by 'sealtwin material'. It defines the yield stress, the density and, if measured,
+    either the viscosity or consistency_pa_s_n and flow_index. Its uncertainties are used unless [uncertainty] declares
     others."""
     freeze_after_s: float | Literal["never"] = "never"
-    """Age at which a particle is fixed in place, or "never". In Python the default is "never"; a trial file must give
-    it. It models stiffening, and so the slope of the settled sealant. The paper's solver had no yield stress. It froze
-    particles at 2.58 s, to keep fewer than 2,500 moving. A fluid that neither freezes nor has a yield stress levels
-    out."""
+    """Age at which a particle is fixed in place, or "never". It models the stiffening of the sealant, which determines
+    the slope of the settled surface. In Python the default is "never". A trial file must state the setting. The paper's
+    solver had no yield stress, and fixed particles at 2.58 s so that fewer than 2,500 particles moved. Without freezing
+    and without a yield stress, the surface becomes level."""
 
     @model_validator(mode="before")
     @classmethod
     def _beside_u(cls, table: Any) -> Any:
-        """Add the paper's D_cm if U is given alone. A trial then equals a trial that gives this D_cm."""
+        """Add the paper's D_cm if U is given without D_cm. The trial then equals a trial that states this D_cm."""
         if isinstance(table, dict) and table.get("U") is not None and table.get("D_cm") is None:
             return {**table, "D_cm": PAPERS_D_CM}
         return table
 
     def loaded(self, folder: Path) -> Self:
-        """Return a copy in which files of tables are replaced by their content. Their paths are relative to ``folder``.
+        """Return a copy in which file names of tables are replaced by the tables. Paths are relative to ``folder``.
 
         Raises InputError for a file that cannot be used.
         """
@@ -153,9 +154,9 @@ class Fluid(Settings):
 
     @property
     def given_by(self) -> str | None:
-        """Key of ``LAWS`` that selects the law of flow.
+        """Key of ``LAWS`` that selects the law of flow. None if there is none.
 
-        A material that has been read is replaced by the keys that it gives.
+        If a material file has been read, this is the key whose value comes from the material.
         """
         keys = [key for key in LAWS if getattr(self, key) is not None]
         return next((key for key in keys if not isinstance(getattr(self, key), Material)), None)
@@ -220,7 +221,7 @@ class Fluid(Settings):
         """Raise ValueError unless the settings select exactly one law of flow."""
         if (key := self.given_by) is None:
             raise ValueError(f"no viscosity is given: give one of {', '.join(reversed(LAWS))}")
-        # A flow index of 1 is any law's but Herschel and Bulkley's.
+        # A flow index of 1 may be given with any law except the Herschel-Bulkley law.
         unset = {name: field.default for name, field in Fluid.model_fields.items()}
         conflicts = [name for name in excluded_by(key) if getattr(self, name) != unset[name]]
         if beside := [name for name in conflicts if (name, self.flow_index) != ("flow_index", 1.0)]:
@@ -236,15 +237,15 @@ class Fluid(Settings):
 
 
 class PresetConstants(NamedTuple):
-    """Constants of a preset, as they are used in a run."""
+    """Constants of a preset, possibly changed by the user's settings."""
 
     iterations: int  # Pressure iterations per substep
     volume_factor: float
-    """Volume of a particle in the density sum, divided by its volume by Eq. 6, 4 sqrt(2) f^3 R^3. If the run controls
-    its volume, this is only the value at the start."""
+    """Volume of a particle in the density sum, divided by its volume by Eq. 6, 4 sqrt(2) f^3 R^3. If the run adjusts
+    this factor, this is only the value at the start."""
     wall: Literal["calibrated", "source"]
-    """Strength of wall particles. calibrated: they replace the half of the kernel that a wall cuts off. source: 1 /
-    W(0), as in the paper's solver."""
+    """Weight of wall particles in the density sum. calibrated: they replace the half of the kernel that is behind a
+    wall. source: 1 / W(0), as in the paper's solver."""
     frozen_answer: float  # Multiplier of a frozen neighbour, divided by the particle's own
 
 
@@ -257,8 +258,8 @@ def particle_volume(radius: float) -> float:
 
 
 SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
-"""Volume of a sphere of radius R, divided by a particle's volume by Eq. 6. It is 0.811, and the mass of a particle in
-the paper's solver."""
+"""Volume of a sphere of radius R, divided by a particle's volume by Eq. 6: 0.811. The paper's solver uses it as a
+particle's mass."""
 
 # A run starts at this volume factor and ends between 0.95 and 1.20.
 ACCURATE = PresetConstants(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0)
@@ -270,7 +271,7 @@ PRESETS = {
 
 
 MAX_SUBSTEPS = 1000
-STEEPEST_DEG = 45.0  # Largest allowed slope of a sample. Roads stay below 12 degrees.
+STEEPEST_DEG = 45.0  # Largest allowed slope of a sample
 
 
 class Solver(Settings):
@@ -278,49 +279,52 @@ class Solver(Settings):
 
     model: Method | None = None
     """Model of the flow. particles (default): the fluid in three dimensions. slot: the flow along the crack, averaged
-    over sections. It takes a tenth of a second and is meant for screening. The report describes the cases for which it
-    is valid. It models neither the jet nor overspill."""
+    over sections. slot takes a tenth of a second, and is meant for screening. It models neither the jet nor overspill.
+    The report states for which cases it is valid."""
     preset: Literal["accurate", "draft", "paper"] = "accurate"
-    """Preset of the particle model. accurate: keeps the dispensed volume. draft: the same fluid with larger particles
-    and longer substeps, for searches. paper: uses the constants of the paper's solver, which lose a fifth to a quarter
-    of the volume. The paper's measured level agrees with accurate if the walls flare, and with paper if they lean."""
+    """Preset of the particle model. accurate: the sealant keeps its dispensed volume. draft: the same fluid with larger
+    particles and longer substeps, for searches. paper: the constants of the paper's solver, with which the sealant
+    loses a fifth to a quarter of its volume. The level measured in the paper agrees with accurate if the walls flare,
+    and with paper if they lean."""
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
-    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper. "auto" gives four
-    across this crack, or as many as a run can have. A draft replaces a smaller radius by one that gives 2.6 particles
-    across (up to a tenth smaller if two particles can then leave the nozzle together). Half the radius takes about ten
-    times as long."""
+    """Radius of a particle. With 0.4 there are four particles across a crack of 3.1 mm, as in the paper. "auto" chooses
+    the radius for four particles across this crack or, if that needs too many particles, the smallest possible radius.
+    A draft replaces a smaller radius by the radius for 2.6 particles across, or by one up to a tenth smaller with which
+    two particles leave the nozzle together. With half the radius, a run takes about ten times as long."""
     accurate_radius_mm: float | None = Field(default=None, gt=0, le=10)
-    """Radius that a draft has replaced, as recorded by the run. If it is given, radius_mm, U and D_cm are the draft's.
-    If not, a draft replaces radius_mm, and converts U and D_cm to its particles."""
+    """Radius that a draft has replaced. Only the record of a draft has this setting. If it is given, radius_mm, U and
+    D_cm are the values of the draft. Otherwise a draft replaces radius_mm, and converts U and D_cm to its particles."""
     substeps: int | None = Field(default=None, ge=1, le=MAX_SUBSTEPS)
-    """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
-    over. A run that collapses is computed again with twice as many. Compression decreases with the square of the number
-    of substeps."""
+    """Number of substeps per frame. Default: enough that g dt², with the substep dt, is below 0.03 h, or below 0.035 h
+    if pressure is carried over. With the default, a run that fails is computed again with twice as many. Compression
+    decreases with the square of the number of substeps."""
     iterations: int | None = Field(default=None, ge=1, le=1000)
-    """Pressure iterations per substep. Default: 4, or 3 if pressure is carried over from the last substep. Pressure is
-    carried over if the fluid is viscous enough and is given in physical units or has a yield stress."""
+    """Number of pressure iterations per substep. Default: 4, or 3 if pressure is carried over from the last substep.
+    Pressure is carried over if the fluid is viscous enough, and is given in physical units or has a yield stress."""
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
-    """Volume of a particle in the density sum, divided by its volume by Eq. 6. Default: preset accurate adjusts it
-    during the run so that the sealant keeps the dispensed volume, and the run records its last value. Preset paper has
-    0.811."""
+    """Volume of a particle in the density sum, divided by its volume by Eq. 6. Default: 0.811 with preset paper. With
+    the other presets, the factor is adjusted during the run so that the sealant keeps its dispensed volume, and the run
+    records the last value."""
     relaxation: float = Field(default=1.5, ge=1e-3, le=1e3)
-    """Relaxation epsilon h^2 of Eq. 1. It is 60 per cm2 at h = 1.6 mm, as in the paper, and is scaled with h. At 0 the
-    multiplier of an isolated particle is undefined. Far above the largest allowed value, pressure vanishes."""
+    """Relaxation epsilon of Eq. 1, multiplied by h^2. With the default, epsilon is 60 per cm2 at h = 1.6 mm, as in the
+    paper. At 0, the multiplier of an isolated particle would be undefined. With far larger values than allowed, there
+    would be no pressure."""
     damping_per_s: float = Field(default=0.2, ge=0, le=1e3)
-    """Damping eta of Eq. 4, as a rate. If eta were divided by a particle's mass of 0.3 mg, it would be unstable. It may
-    be at most 1 divided by the substep (550 in the paper's trial), at which a particle loses all its speed."""
+    """Damping eta of Eq. 4, as a rate. It is not divided by a particle's mass of 0.3 mg, which would be unstable. It
+    may be at most 1 divided by the substep (550 in the paper's trial). At this value, a particle loses all its speed in
+    a substep."""
     viscosity_solve: Literal["implicit", "explicit"] = "implicit"
     """Solution of the viscosity. implicit: one linear solve per substep for any U, which conserves momentum. explicit:
-    Eq. 5 in q passes, as in the paper. It is the reference, and slow for U above 1000 or D above 1. At most 5000 passes
-    are allowed, which is enough for pastes below 1 Pa."""
+    Eq. 5 in q passes, as in the paper, as a reference. explicit is slow for U above 1000 or D above 1. At most 5000
+    passes are allowed, which is enough for yield stresses below 1 Pa."""
     kernel: Literal["poly6", "gaussian"] | None = None
-    """Weight W of the viscosity's pairs. Both choices give the same viscosity. poly6: (1 - r²/h²)³. gaussian:
+    """Pair weight W of the viscosity. Both choices give the same viscosity. poly6: (1 - r²/h²)³. gaussian:
     exp(-r²/h²) up to h, as in the paper. Default: poly6, or gaussian with the explicit solve."""
     sleep: bool = True
-    """True stops computing paste with a yield stress once it has come to rest, until something hits it or flows past
-    it. The settled sealant is nearly the same, and the run takes 60 to 75 % of the time."""
+    """If True, paste with a yield stress is no longer computed once it has come to rest, until something hits it or
+    flows past it. The settled sealant is nearly the same, and the run takes only 60 to 75 % of the time."""
     settle_s: float = Field(default=0.0, ge=0, le=3600)
-    """Time between the last release of sealant and the measurement of the profile. In the paper it is 0."""
+    """Time between the last release of sealant and the measurement of the profile. It is 0 in the paper."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -333,27 +337,27 @@ class Solver(Settings):
 
     @property
     def has_particles(self) -> bool:
-        """True for particles.
+        """True for the particle model.
 
-        False for the fast model, which has no device, no checkpoints and no estimate of its time.
+        False for the fast model, for which there are no device, no checkpoints and no estimate of the time.
         """
         return self.model != FAST
 
     @property
     def pair_kernel(self) -> str:
-        """Weight W of the viscosity's pairs."""
+        """Weight W of a pair of particles in the viscosity."""
         return self.kernel or ("poly6" if self.viscosity_solve == "implicit" else "gaussian")
 
     @property
     def size_mm(self) -> float:
-        """Radius as a number. Raises ValueError for "auto", which a run replaces by a number."""
+        """Particle radius in mm. Raises ValueError for "auto", which a run replaces by a number."""
         if self.radius_mm == "auto":
             raise ValueError('radius_mm = "auto" needs the crack\'s width: give a number')
         return self.radius_mm
 
     @property
     def scheme(self) -> PresetConstants:
-        """Constants of the preset. The user's settings replace some of them."""
+        """Constants of the preset, some of which are replaced by the user's settings."""
         preset = PRESETS[self.preset]
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
@@ -368,12 +372,12 @@ class Solver(Settings):
 class SampleSlope(Settings):
     """Slope of the sample's face.
 
-    Coordinates stay square to the face, and the direction of gravity is turned instead.
+    Coordinates are always relative to the face. The slope changes the direction of gravity.
     """
 
     crossfall_deg: Annotated[float, SLOPE] = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
     """Slope of the face along y. If it is above 0, the face rises towards +y and sealant runs towards -y. In the plane
-    of y and z, the surface of a liquid at rest makes this angle with the face."""
+    of y and z, this is the angle between the face and the surface of a liquid at rest."""
     gradient_deg: Annotated[float, SLOPE] = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
     """Slope of the face along x. If it is above 0, the face rises towards +x and sealant runs towards -x."""
 
@@ -391,7 +395,7 @@ class SampleSlope(Settings):
         """Unit vector of gravity in the sample's coordinates."""
         x, y = (math.tan(math.radians(angle)) for angle in (self.gradient_deg, self.crossfall_deg))
         length = math.hypot(x, y, 1.0)
-        # Subtracted from 0.0, so that a level sample has 0.0 and not -0.0.
+        # The components are subtracted from 0.0, so that a level sample has 0.0 and not -0.0.
         return 0.0 - x / length, 0.0 - y / length, -1.0 / length
 
 
@@ -399,8 +403,8 @@ LEVEL = SampleSlope()
 
 
 class Nozzle(Settings):
-    """The outlet of the nozzle. The trajectory has its path, height and flow."""
+    """The outlet of the nozzle. Its path, height and flow are in the trajectory."""
 
     diameter_mm: Annotated[float, NOZZLE] = Field(default=2.4, gt=0, le=100)
-    """Inner diameter of the nozzle. In the paper it is 2.4. A release has as many particles as fit into a disc of this
-    diameter: seven of radius 0.4."""
+    """Inner diameter of the nozzle. In the paper it is 2.4. Sealant is released in layers of as many particles as fit
+    into a disc of this diameter: seven with a radius of 0.4."""

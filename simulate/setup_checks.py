@@ -38,26 +38,26 @@ from simulate.setup.signed_distance import CM, SolidSurface, crack_box_mm, grid_
 
 ACROSS_AT_LEAST = 2  # Smallest number of particles side by side across the mean width of a crack
 CELLS_AT_MOST = 4_000_000
-"""Largest number of cells in the neighbour search, 90 times the number in the paper's trial. Each substep scans all
-cells in 2 ms."""
+"""Largest number of cells in the neighbour search, 90 times as many as in the paper's trial. Each substep scans all
+cells, which then takes 2 ms."""
 STIFFEST = 1000.0
-"""Largest kinematic viscosity that can be solved, times a substep divided by h^2. It is 2,400 Pa s at a radius of 0.4
-mm. At this limit, pours in slots 1.2 to 12 mm wide are solved. At 4000, particles are flung away."""
+"""Largest kinematic viscosity that can be solved, multiplied by dt / h^2 with the substep dt. At a radius of 0.4 mm it
+is 2,400 Pa s. At this limit, pours in slots 1.2 to 12 mm wide are solved. At 4000, particles fly away."""
 HOLDS_SUPPORTS = 100.0
-"""Largest yield stress of fresh paste that can be solved, divided by rho g h. It is 2,650 Pa at a radius of 0.4 mm. At
+"""Largest yield stress of fresh paste that can be solved, divided by rho g h. At a radius of 0.4 mm it is 2,650 Pa. At
 this limit, pours take up to a fifth of the allowed iterations with any substep. At 200, one pour of 18 fails."""
 STRESS_GAIN_PER_S = 150.0
-"""Largest gain of yield stress in ``STIFFENING_S``, divided by rho h^2 / dt, in 1/s. It is 105 Pa/s at a radius of 0.4
-mm. From 180 on, stiffened paste compresses the fresh paste that it encloses until the fresh paste collapses."""
-STIFFENING_S = 3.0  # Longest time, in s, over which a gain is counted
-STRESS_LIMIT_PER_S = 30.0  # Yield stress up to which paste may stiffen at any rate, divided by rho h^2 / dt, in 1/s
-SHEARED = 100.0  # Shear rate in 1/s of a jet that hits sealant, the largest of all. Thickening paste is stiffest at it.
+"""Largest increase of the yield stress in ``STIFFENING_S``, divided by rho h^2 / dt, in 1/s. At a radius of 0.4 mm it
+is 105 Pa/s. From 180 on, stiffened paste compresses enclosed fresh paste until the fresh paste collapses."""
+STIFFENING_S = 3.0  # Longest time, in s, over which the increase of the yield stress is counted
+STRESS_LIMIT_PER_S = 30.0  # Up to this yield stress, divided by rho h^2 / dt, in 1/s, paste may stiffen at any rate
+SHEARED = 100.0  # Largest shear rate in 1/s, in a jet that hits sealant. Shear-thickening paste is then stiffest.
 MAX_PASSES = 5000
-"""Largest number of explicit passes in a substep, equal to the limit of a solve's iterations. Paste at rest takes most:
-2,600 passes with 1 Pa at a radius of 0.6 mm. In that case, 36 particles in substeps of 2.8 ms take a minute for a
-second of pouring."""
-MAX_AGES = 1_000_000  # Number of frames for which a curve is tabulated if the length of the run is not given
-TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps, in proposals, of heights and of radii
+"""Largest number of explicit passes in a substep, equal to the largest number of iterations of a solve. Paste at rest
+needs most: 2,600 passes with 1 Pa at a radius of 0.6 mm. A second of pouring, with 36 particles in substeps of 2.8 ms,
+then takes a minute."""
+MAX_AGES = 1_000_000  # Number of frames for which a curve is tabulated if the length of the run is not known
+TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Heights and radii that messages propose are multiples of these steps
 ROUNDED = 5e-3  # Fraction by which rounding to three digits may increase a radius "auto"
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32. It allows a release exactly at the clearance.
 
@@ -65,7 +65,7 @@ ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32. It allows a rel
 def check_fit(
     outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle, slope: SampleSlope = LEVEL
 ) -> None:
-    """Raise InputError if the particle settings, though each is valid, cannot be simulated in this crack."""
+    """Raise InputError if a run with these settings, each of which is valid, cannot be simulated in this crack."""
     radius_mm = sized(outline, solid, solver, nozzle).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
     side_mm = min(x_max - x_min, y_max - y_min)
@@ -83,8 +83,8 @@ def check_fit(
         )
     if not carried(solid, outline, radius_mm):
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}: a crack {outline.length_mm:.0f} mm long needs more particles, or a "
-            f"finer distance grid, than a run allows. {_radii_allowed(outline, solid, widest_mm, radius_mm)}"
+            f"solver.radius_mm is {radius_mm:g}: in a crack {outline.length_mm:.0f} mm long, a run would have too many "
+            f"particles, or too fine a distance grid. {_radii_allowed(outline, solid, widest_mm, radius_mm)}"
         )
     if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
@@ -120,23 +120,27 @@ def check_fit(
 
 
 def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm: float | None = None) -> str:
-    """Return a sentence on the radii that are possible in this crack. The distance grid may set a lower limit."""
+    """Return a sentence that states which radii are possible in this crack.
+
+    ``too_fine_mm`` is a radius that is too small for a run. None if the radius is not too small.
+    """
     abreast_mm = outline.mean_width_mm / 8
     auto_mm = _finest_mm(solid, outline, abreast_mm)
     if not carried(solid, outline, auto_mm):
         return (
-            f"No radius is possible: at most {widest_mm:.3f} fits the crack, but even that radius is too fine for a "
-            'run. Use the fast model (solver.model = "slot" with fluid.viscosity_pa_s), simulate a shorter piece of '
-            "the crack, or make only a path for a robot (photo.path_only = true)."
+            f"No radius is possible: at most {widest_mm:.3f} fits the crack, but even that radius exceeds the limits "
+            'of a run. Use the fast model (solver.model = "slot" with fluid.viscosity_pa_s), simulate a shorter piece '
+            "of the crack, or make only a path for a robot (photo.path_only = true)."
         )
     least_mm = _finest_mm(solid, outline, too_fine_mm or abreast_mm)
     return f'Give {least_mm:.3f} to {widest_mm:.3f}; "auto" is {auto_mm:.3f}.'
 
 
 def _finest_mm(solid: Solid, outline: Outline, radius_mm: float) -> float:
-    """Return ``radius_mm`` if a run with this radius is within the limits, else the smallest larger radius that is.
+    """Return ``radius_mm`` if a run with this radius has few enough particles and a small enough distance grid.
 
-    Returns the largest radius that fits the crack if no radius is within the limits.
+    Otherwise returns the smallest larger radius for which this is true. If there is none, returns the largest radius
+    that fits the crack.
     """
     widest = math.floor(0.99 * outline.mean_width_mm / ACROSS_AT_LEAST / 2 / TICK_OF_RADIUS_MM)
     finest = math.floor(radius_mm / TICK_OF_RADIUS_MM)
@@ -150,7 +154,7 @@ def _finest_mm(solid: Solid, outline: Outline, radius_mm: float) -> float:
 
 
 def sized(outline: Outline, solid: Solid, solver: Solver, nozzle: Nozzle) -> Solver:
-    """Return a solver in which "auto" is replaced by the radius of an accurate run, or the finest possible radius."""
+    """Return the solver with "auto" replaced by an accurate run's radius or, if that is too small, a larger one."""
     if solver.radius_mm != "auto":
         return solver
     radius_mm = _finest_mm(solid, outline, ACCURATE_RESOLUTION.radius_mm(outline.mean_width_mm, nozzle))
@@ -160,8 +164,8 @@ def sized(outline: Outline, solid: Solid, solver: Solver, nozzle: Nozzle) -> Sol
 def resolved(sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> tuple[Fluid, Solver]:
     """Return the fluid and the solver of a run, with the particle radius as a number.
 
-    A draft has the same fluid as an accurate run, and particles that are at least as large. If a material was
-    calibrated, a draft has the radius of the calibration. A draft that was resolved before is returned unchanged.
+    A draft has the same fluid as an accurate run, and particles that are at least as large. If the material was
+    calibrated with a radius, a draft has that radius. A draft that was resolved before is returned unchanged.
     """
     outline, path = sample.outline, sample.trajectory
     solver = sized(outline, sample.solid, solver, nozzle)
@@ -174,13 +178,13 @@ def resolved(sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> tu
 
 
 def carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
-    """Return True if a run can have the particles and the distance grid that a radius needs."""
+    """Return True if a run with this radius has few enough particles and a small enough distance grid."""
     particles = (solid.figures.sealant_mm3 or 0.0) / particle_volume(radius_mm)
     return grid_fits(solid, outline, radius_mm) and particles <= PARTICLES_AT_MOST
 
 
 def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float) -> float:
-    """Return the D that is given. If the fluid sticks to walls, return the D with the total drag of no-slip walls."""
+    """Return the user's D. If the fluid sticks to walls, return the D that has the same total drag."""
     if fluid.D_cm is not None:
         return fluid.D_cm
     no_slip = no_slip_weight(paste.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
@@ -188,7 +192,7 @@ def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float
 
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MAX_AGES) -> Rheology:
-    """Return the fluid in the solver's units, tabulated up to an age of ``frames``."""
+    """Return the fluid in the solver's units, tabulated up to an age of ``frames`` frames."""
     course, per_density = fluid.course, CM2_IN_M2 / fluid.density_kg_m3
     last = math.ceil(min(course.age_s[-1] / frame_s, frames))
     viscosity_pa_s, stress_pa = course.at(frame_s * np.arange(last + 1))
@@ -235,7 +239,7 @@ def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tupl
 
 
 def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int) -> None:
-    """Raise InputError if the viscosity is too large for the solver, at a shear rate of 1/s or in a jet."""
+    """Raise InputError if the viscosity at a shear rate of 1/s or in a jet is too large for the solver."""
     support, key = 4 * solver.size_mm * CM, fluid.given_by
     viscosities = [paste.apparent_cm2_s(shear, support, frame_s, yields=False).max() for shear in (1.0, SHEARED)]
     stiffness = max(viscosities) * frame_s / substeps / support**2
@@ -243,21 +247,21 @@ def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: flo
         return
     value = paste.viscous_weight if key == "U" else viscosities[0] / CM2_IN_M2 * fluid.density_kg_m3
     raise InputError(
-        f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is too stiff to be solved "
+        f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is too large to be solved "
         f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
         f"{_rounded_down(value * STIFFEST / stiffness)}{_or_more(substeps * stiffness / STIFFEST)}."
     )
 
 
 def _check_yield_stress(fluid: Fluid, solver: Solver) -> None:
-    """Raise InputError if fresh paste is too stiff. Older paste is at rest and takes few iterations."""
+    """Raise InputError if fresh paste has too large a yield stress. Older paste is at rest and takes few iterations."""
     stress_pa = fluid.fresh.yield_stress_pa
     column_pa = 1e-3 * fluid.density_kg_m3 * GRAVITY_M_S2 * 4 * solver.size_mm
     if stress_pa > HOLDS_SUPPORTS * column_pa:
         raise InputError(
             f"fluid.{'curve begins with a yield stress of' if fluid.curve else 'yield_stress_pa is'} "
-            f"{stress_pa:.6g}{' Pa' if fluid.curve else ''}, which is too stiff to be solved with solver.radius_mm = "
-            f"{solver.size_mm:g} at any number of substeps. Give at most {_rounded_down(HOLDS_SUPPORTS * column_pa)}."
+            f"{stress_pa:.6g}{' Pa' if fluid.curve else ''}, which is too large to be solved with solver.radius_mm = "
+            f"{solver.size_mm:g} with any number of substeps. Give at most {_rounded_down(HOLDS_SUPPORTS * column_pa)}."
         )
 
 
@@ -285,19 +289,19 @@ def _in_substeps(solver: Solver, frame_s: float, substeps: int) -> str:
 
 
 def _or_more(substeps: float) -> str:
-    """Return a proposal for a smallest number of substeps. Returns "" if a frame cannot have so many."""
+    """Return a text that proposes a minimum number of substeps. Returns "" if the number is not allowed."""
     least = math.ceil(substeps)
     return f", or solver.substeps of at least {least}" if least <= MAX_SUBSTEPS else ""
 
 
 def _rounded_down(value: float) -> str:
-    """Return a value with three significant digits, rounded down."""
+    """Return a value as text with three significant digits, rounded down."""
     tick = 10 ** (math.floor(math.log10(value)) - 2)
     return f"{float(f'{math.floor(value / tick + ROUNDING_MM) * tick:.3g}'):g}"
 
 
 def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: float) -> Domain:
-    """Return the box of the neighbour search: the crack, the face around it, and the path while sealant flows.
+    """Return the box of the neighbour search. It contains the crack, the face around it, and the path with sealant.
 
     Raises InputError if the path is so far away that the box has too many cells.
     """
@@ -326,9 +330,9 @@ def check_outlet(
     *,
     diameter_mm: float,
 ) -> None:
-    """Raise InputError if a particle would be released inside the solid, or nearer to it than the clearance.
+    """Raise InputError if a particle would be released inside the solid, or closer to it than the clearance.
 
-    The message proposes several settings, each of which is enough.
+    The message proposes several changes, each of which is sufficient.
     """
     least_mm, low_mm = surface.clearance / CM - ROUNDING_MM, trajectory.position_mm[:, 2].min()
 
@@ -345,7 +349,7 @@ def check_outlet(
     begins_mm, ends_mm = trajectory.s_mm[trajectory.giving][[0, -1]]
     higher_mm = (TICK_MM * tick for tick in itertools.count(math.floor(low_mm / TICK_MM) + 1))
     height_mm = next(each_mm for each_mm in higher_mm if not is_blocked(each_mm).any())
-    # A trim in whole millimetres; it is not tried, because discs are turned differently along another path.
+    # The trim is in whole millimetres. It is not tested, because releases along another path are rotated differently.
     trim_mm = math.floor(np.minimum(s_mm, outline.length_mm - s_mm).max()) + 1
     trim = f"path.trim_mm of at least {trim_mm}, or " if 2 * trim_mm < outline.length_mm - 1 else ""
     raise InputError(
@@ -358,5 +362,5 @@ def check_outlet(
 
 
 def _calibrated_mm(fluid: Fluid) -> float | None:
-    """Return the radius at which the fluid's material was calibrated. Returns None if it is not known."""
+    """Return the radius with which the fluid's material was calibrated. None if there is none."""
     return fluid.material.radius_mm if isinstance(fluid.material, Material) else None

@@ -1,9 +1,12 @@
 """Laws of shear flow on the host: the viscosity at a shear rate, and the flow between two plates.
 
-A law is a member of ``Law``. Its viscosity and its power at rest are in this module, and its viscosity on the device is
-``apparent_weight`` in ``kernels.viscosity``. ``settings.LAWS`` has the setting that selects a law. All code that
-replaces, draws or calibrates a law reads it. The fast model has the laws in ``FLOW_BETWEEN_PLATES`` and refuses others;
-its settings are in ``slot.run.READ``. ``material_file.KEY_OF_LAW`` has the laws of a measured paste.
+Each law is a member of ``Law``. To add a law:
+
+- Add its viscosity and its power at rest to this module, and its viscosity on the device to ``apparent_weight`` in
+  ``kernels.viscosity``.
+- Add the setting that selects it to ``settings.LAWS``, which all code that replaces, draws or calibrates a law reads.
+- For the fast model, add it to ``FLOW_BETWEEN_PLATES`` and its settings to ``slot.run.READ``. Other laws are refused.
+- For a measured paste, add it to ``material_file.KEY_OF_LAW``.
 """
 
 from dataclasses import dataclass
@@ -39,7 +42,7 @@ def apparent_viscosity(
 
 
 def power_at_rest(law: Law, flow_index: float) -> float:
-    """Return the power of the shear rate in the stress above the yield stress, as the flow comes to rest."""
+    """Return the power of the shear rate in the stress above the yield stress, for a flow that comes to rest."""
     match law:
         case Law.BINGHAM:
             return 1.0
@@ -49,22 +52,22 @@ def power_at_rest(law: Law, flow_index: float) -> float:
 
 @dataclass(frozen=True)
 class PlaneFlow:
-    """Flow of Bingham or Herschel-Bulkley paste between plates, for pushes in Pa/mm, (k,).
+    """Flow of Bingham or Herschel-Bulkley paste between plates, as a function of the pressure gradient in Pa/mm, (k,).
 
-    The paste in the middle moves as a plug. The equations are those of Bird, Armstrong and Hassager 1987, table 4.2-1.
+    The paste in the middle moves as a plug. The equations are from Bird, Armstrong and Hassager 1987, table 4.2-1.
     """
 
     threshold: Floats
     """Pressure gradient above which the paste flows, in Pa/mm, (k,)."""
     rate: Floats
-    """Flow without a yield stress, divided by the push to the power 1/n. n is the flow index."""
+    """Flow without a yield stress, divided by the pressure gradient to the power 1/n, (k,). n is the flow index."""
     power: float
     """The power 1/n, where n is the flow index."""
 
     def flow_mm3_s(self, push: Floats) -> tuple[Floats, Floats]:
-        """Return the flow in mm3/s for each push, of either sign, and its derivative with respect to the push.
+        """Return the flow in mm3/s for each pressure gradient ``push``, and the derivative of the flow, (k,) each.
 
-        The derivative is continuous and at least 0.
+        The gradient may be negative. The derivative with respect to it is continuous and at least 0.
         """
         size = np.abs(push)
         m = self.power
@@ -89,11 +92,11 @@ def flow_between_plates(
     flow_index: float,
     area_mm2: Floats | float = 1.0,
 ) -> PlaneFlow:
-    """Return the flow through an area above a threshold in Pa/mm. With an area of 1 mm2, the flow is the mean speed.
+    """Return the flow of paste between plates through an area. With an area of 1 mm2, the flow is the mean speed.
 
-    ``viscosity`` is defined as in ``apparent_viscosity``. The threshold includes the particles' friction, which is
-    right only for a law that adds its yield stress to its viscous stress. Raises KeyError for a law without such a
-    flow.
+    ``threshold`` is the pressure gradient above which the paste flows, in Pa/mm. ``viscosity`` is defined as in
+    ``apparent_viscosity``. The threshold includes the particles' friction, which is right only for a law in which yield
+    stress and viscous stress are added. Raises KeyError for a law that is not in ``FLOW_BETWEEN_PLATES``.
     """
     m = 1 / flow_index
     return FLOW_BETWEEN_PLATES[law](threshold, area_mm2 * (half_gap_mm ** (m + 1) / (m + 2) / viscosity**m), m)

@@ -1,4 +1,4 @@
-"""Volume of settled sealant between its solid's walls and its surface, summed over vertical lines in square cells."""
+"""Volume between the walls of the solid and the surface of the settled sealant, summed over vertical lines."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -13,17 +13,17 @@ from simulate.kernels.beds import Lines, Liquid, raise_surface
 from simulate.kernels.status import Span
 
 TURN = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
-"""Cosine and sine of the angle by which the solid is turned about the z axis."""
-LEVELS = 200  # Number of levels between which the volume of a liquid is linear
-ROUNDED = 1e-6  # Tolerance for the middle of a cell, in cells
+"""Cosine and sine of the angle by which the solid is rotated about the z axis."""
+LEVELS = 200  # Number of levels between which the volume of a flat liquid is interpolated
+ROUNDED = 1e-6  # Tolerance for the position of a cell's middle, in cells
 
 
 class Vessel:
     """The solid as vertical lines through the middles of square cells, along which sealant is measured."""
 
     def __init__(self, solid: Solid, cell_mm: float) -> None:
-        # Turned by 18 degrees, so that walls along an axis, or at 30, 45 or 60 degrees to one, do not run along the
-        # cells: a slot of 3.1 mm along them would have 7 or 8 cells of 0.4 mm across, instead of 7.75.
+        # The solid is rotated by 18 degrees, so that walls along an axis, or at 30, 45 or 60 degrees to it, are not
+        # parallel to the cells. A slot of 3.1 mm parallel to them would be 7 or 8 cells of 0.4 mm wide instead of 7.75.
         triangle_mm = _turned(solid.vertices_mm)[solid.faces]
         low = np.floor(triangle_mm[:, :, :2].min(axis=(0, 1)) / cell_mm).astype(int)
         shape = np.floor(triangle_mm[:, :, :2].max(axis=(0, 1)) / cell_mm).astype(int) - low + 1
@@ -37,17 +37,18 @@ class Vessel:
         self._ceiling_mm[:-1][same_cell] = self._z_mm[1:][same_cell]
         self._grid, self._last, self._cell, self._upward = (cell_mm, low, shape), last, cell, inside
         self._lines = self.lines_on("cpu")
-        # Turned cells of 0.5 mm sum up to 0.3 % less than a slot 6 mm wide: their area is scaled to the empty cavity.
+        # In a slot 6 mm wide, cells of 0.5 mm have up to 0.3 % too little volume. Their area is therefore scaled so
+        # that the empty cavity has its exact volume.
         lines_mm = float((np.minimum(self._ceiling_mm, 0.0)[inside] - np.minimum(self._z_mm, 0.0)[inside]).sum())
         has_cavity = lines_mm > 0 and solid.cavity_volume_mm3 > 0
         self.cell_mm2 = solid.cavity_volume_mm3 / lines_mm if has_cavity else cell_mm**2
 
     def volume_mm3(self, position_mm: Floats, half_mm: float) -> float:
-        """Return the volume below the surface of particles, (n, 3), whose liquid ends ``half_mm`` above their centres.
+        """Return the volume in mm3 below the surface of particles, (n, 3), whose liquid ends ``half_mm`` above them.
 
-        It is summed over the cells, and over the free stretches of each cell's vertical line. A stretch begins at an
-        upward facet and ends at the next downward facet, if there is one. Liquid fills it from its foot to its highest
-        particle.
+        The volume is summed over the free parts of the cells' vertical lines. A free part begins at a facet that faces
+        up, and ends at the next facet that faces down, if there is one. It is filled from its lower end to the highest
+        particle in it.
         """
         liquid = Liquid()
         liquid.top_mm = wp.full(len(self._z_mm), -np.inf, wp.float64, "cpu")
@@ -61,9 +62,9 @@ class Vessel:
         return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self.cell_mm2
 
     def flat_mm(self, volume_mm3: float) -> float | None:
-        """Return the level below the face of a flat liquid of this volume.
+        """Return the level of a flat liquid of this volume, relative to the face, in mm.
 
-        Returns None if the cavity cannot contain it.
+        Returns None if the liquid does not fit into the cavity.
         """
         foot_mm, ceiling_mm = self._z_mm[self._upward], self._ceiling_mm[self._upward]
         level_mm = np.linspace(foot_mm.min(), 0.0, LEVELS)
@@ -86,12 +87,12 @@ class Vessel:
 
 @lru_cache(maxsize=2)
 def vessel_of(solid: Solid, cell_mm: float) -> Vessel:
-    """Return the vessel of a solid. The last two are cached, because each run of a study needs the same two."""
+    """Return the vessel of a solid. The last two results are cached, because all runs of a study need the same two."""
     return Vessel(solid, cell_mm)
 
 
 def _turned(point_mm: Floats) -> Floats:
-    """Return the points turned about the z axis by 18 degrees."""
+    """Return the points, (..., 3), rotated about the z axis by 18 degrees."""
     cosine, sine = TURN
     return point_mm @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
@@ -99,10 +100,13 @@ def _turned(point_mm: Floats) -> Floats:
 def _crossings(
     triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers
 ) -> tuple[Integers, Floats, Booleans]:
-    """Return the crossings of the cells' vertical lines with the facets: cell, height, and mask of upward facets."""
+    """Return the crossings of the cells' vertical lines with the facets, (n,) each: cell, height, and upward.
+
+    ``upward`` is True for a facet that faces up.
+    """
     a, b, c = triangle_mm.transpose(1, 0, 2)
     triangle_mm = triangle_mm[np.abs(cross(b - a, c - a)) >= 1e-12]
-    # Row by row along y, so that the cost of an oblique needle is in proportion to its length.
+    # Cells are searched row by row along y, so that the cost of an oblique needle is proportional to its length.
     x_mm = triangle_mm[:, :, 0]
     row, owner = whole_numbers(*_cells_between(x_mm.min(axis=1), x_mm.max(axis=1), cell_mm, low[0], shape[0]))
     ends_mm = _stretch(triangle_mm[owner], (row + low[0] + 0.5) * cell_mm)
@@ -118,7 +122,7 @@ def _crossings(
 
 
 def _stretch(triangle_mm: Floats, x_mm: Floats) -> tuple[Floats, Floats]:
-    """Return the ends in y of the line at ``x_mm`` inside each triangle, (n,) each."""
+    """Return the smallest and largest y of the line at ``x_mm`` inside each triangle, (n,) each."""
     x0, y0 = triangle_mm[:, :, 0], triangle_mm[:, :, 1]
     x1, y1 = np.roll(x0, -1, axis=1), np.roll(y0, -1, axis=1)
     x_mm = np.clip(x_mm, x0.min(axis=1), x0.max(axis=1))[:, np.newaxis]
@@ -130,7 +134,7 @@ def _stretch(triangle_mm: Floats, x_mm: Floats) -> tuple[Floats, Floats]:
 def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, count: int) -> tuple[Integers, Integers]:
     """Return the first and last cell, counted from cell ``low``, whose middle is on each stretch along an axis.
 
-    Middles at the ends of a stretch, to rounding, are included, because the facet's edges decide about them.
+    Middles at the ends of a stretch (within rounding) are included. Whether they belong to a facet is tested later.
     """
     first = np.ceil(low_mm / cell_mm - 0.5 - ROUNDED).astype(int) - low
     last = np.floor(high_mm / cell_mm - 0.5 + ROUNDED).astype(int) - low
@@ -147,7 +151,7 @@ def whole_numbers(first: Integers, last: Integers) -> tuple[Integers, Integers]:
 def in_triangle(corners: Sequence[Floats] | Floats, point: NDArray[np.floating]) -> Booleans:
     """Return the mask of points inside or on the edge of a triangle in the plane, (n,).
 
-    A triangle without area has none.
+    No point is inside a triangle without area.
     """
     a, b, c = corners
     sign = np.sign(cross(b - a, c - a))

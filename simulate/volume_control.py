@@ -1,9 +1,10 @@
-"""Keep the volume of the sealant at the dispensed volume: each run adjusts its particles' weight in the density sum.
+"""Keep the volume of the sealant equal to the dispensed volume, by adjusting the particles' weight in the density sum.
 
-A constant weight cannot do this, for four reasons. A column is compressed by its own weight. At a free surface half of
-the kernel is empty, so that layers there are closer. Paste with a yield stress comes to rest before it is densely
-packed. New sealant presses into frozen sealant. The volume between the walls and the surface is therefore measured in
-each run, and particles that still flow make up for the difference.
+With a constant weight, the volume would be wrong for four reasons. A column is compressed by its own weight. At a free
+surface, half of the kernel is empty, so that layers there are closer together. Paste with a yield stress comes to rest
+before it is densely packed. New sealant presses into frozen sealant. The volume between the walls and the surface is
+therefore measured in each run, and the weight of the particles is changed so that those that still flow correct the
+difference.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -24,30 +25,32 @@ from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from simulate.vessel import TURN, vessel_of
 
-PERIOD_S = 0.1  # Time in s between two measurements, a third of the time in which paste comes to rest
+PERIOD_S = 0.1  # Time in s between two measurements, a third of the time after which paste comes to rest
 MEMORY_S = 0.4
-"""Time in s in which missing volume is made up for. With 0.7, stiff paste falls asleep before that."""
-FLOWS_MM_S = 1.0  # Speed from which on paste with a yield stress counts as flowing. Slower paste responds late.
+"""Time in s in which a missing volume is corrected. With 0.7, stiff paste would fall asleep before."""
+FLOWS_MM_S = 1.0  # Paste with a yield stress counts as flowing from this speed on. Slower paste responds late.
 MIN_FLOWING = 0.3
-"""Smallest fraction of the sealant that is assumed to flow. The less flows, the more each particle must make up for.
-With 0.1 and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping sealant."""
+"""Smallest fraction of the sealant that is assumed to flow. The less sealant flows, the larger is the correction of
+each particle. With 0.1, and 0.25 s for ``MEMORY_S``, few particles would overshoot and wake the sleeping sealant."""
 STILL_SHARE = 0.05
-"""Fraction of the sealant that must flow for the factor to be raised. If less flows, the yield stress would resist
-until the paste gives way suddenly."""
+"""The factor is increased only if more than this fraction of the sealant flows. Otherwise the yield stress would resist
+until the paste yields suddenly."""
 MIN_SETTLED = 0.05
-"""Smallest volume of settled sealant that is measured, divided by the dispensed volume. Less sealant is mostly
-surface."""
+"""Smallest volume of settled sealant, divided by the dispensed volume, with which the factor is adjusted. Less sealant
+is mostly surface."""
 CELL = 0.5
-"""Width of the measured columns, divided by R. With 4/3, the volume of sealant with hollows is up to 1 % wrong."""
+"""Width of the cells in which the volume is measured, divided by R. With 4/3, the volume of sealant with hollows would
+be wrong by up to 1 %."""
 MIN_FACTOR, MAX_FACTOR = 0.95, 1.2
-"""Bounds of the volume factor. Hollows under stiff paste and films on the face must not change the density further."""
+"""Bounds of the volume factor. Without them, hollows under stiff paste and films on the face would change the density
+too much."""
 MAX_TOPS = 4_000_000
-"""Largest number of liquid tops in memory, which take 32 MB. As many runs as fit, but at least one, are measured
-together. The paper's sample has 145,510 tops per run in columns of 0.3 mm, so 27 runs are measured together."""
+"""Largest number of liquid tops in memory (32 MB), if several runs are measured together. In cells of 0.3 mm, the
+paper's sample has 145,510 tops per run, so 27 runs are measured together."""
 
 
 class BedFigures(NamedTuple):
-    """Numbers of particles of a run in several states, and the volume of its settled sealant."""
+    """Numbers of a run's particles that are settled (lying), moving and flowing, and volume of the settled sealant."""
 
     lying: int
     moving: int
@@ -58,7 +61,7 @@ class BedFigures(NamedTuple):
 
 
 class VolumeControl:
-    """Control that measures the settled volume of each run on the device, and changes the run's ``State.swelling``."""
+    """Measures the settled volume of each run on the device, and changes the run's ``State.swelling``."""
 
     def __init__(
         self,
@@ -70,7 +73,7 @@ class VolumeControl:
         pastes: Sequence[Rheology],
         down: Sequence[float] = LEVEL.down,
     ) -> None:
-        """Bind the kernels. ``pastes`` has the paste of each run, and ``down`` is the direction of gravity."""
+        """Bind the kernels. ``pastes`` are the pastes of the runs, and ``down`` is the direction of gravity."""
         radius_mm = solver.size_mm
         self._schedule, self._state, self._factor = schedule, state, solver.scheme.volume_factor
         self._yields = [paste.yields for paste in pastes]
@@ -115,7 +118,7 @@ class VolumeControl:
             self._batches.append((raise_surfaces, by_block(device_code.sum_lines, batch * parts, lines, first, beds)))
 
     def after_frame(self, done: int) -> None:
-        """Adjust the particles' weight in each run, once per period. ``done`` is the number of finished frames."""
+        """Adjust the particles' weight in each run, once in ``every`` frames. ``done`` frames are finished."""
         if done % self.every:
             return
         swelling = self._state.swelling.numpy().copy()
@@ -133,7 +136,7 @@ class VolumeControl:
         return min(MAX_FACTOR / self._factor, max(MIN_FACTOR / self._factor, changed))
 
     def figures(self) -> Iterator[BedFigures]:
-        """Yield the figures of each run's settled sealant for the present state of its particles."""
+        """Yield the figures of each run's settled sealant, for the current state of the particles."""
         self._launcher.walk(self._count, self._state.count)
         for batch in self._batches:
             self._beds.liquid.top_mm.fill_(-np.inf)

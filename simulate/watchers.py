@@ -1,4 +1,4 @@
-"""Watchers of a run of particles, which write files during the run. The files are complete at any moment."""
+"""Watchers that write files during a run of particles. The files are complete at any moment."""
 
 import io
 import itertools
@@ -22,13 +22,13 @@ from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write
 from simulate.injection import SUBSTEP_FACTORS, Injection, Watcher
 from simulate.setup.release_schedule import ROUNDING
 
-EVERY_S = 10.0  # Wall time in s between checkpoints. Writing one takes 10 ms for 15,000 particles.
+EVERY_S = 10.0  # Wall time in s between checkpoints. Writing a checkpoint takes 10 ms for 15,000 particles.
 LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Largest checkpoint that is read: 4 kB for each of a million particles
 UNREADABLE = (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile)
-"""Errors that reading a damaged checkpoint, or one of another version, raises."""
+"""Errors that are raised by reading a checkpoint that is damaged or of another version."""
 PAST_THE_END = 1.02
-"""Largest moment that means the end of the run, divided by the run's duration. The paper shows 15 s, but the nozzle of
-the reconstructed trial stops after 14.8 s."""
+"""A moment after the end of the run, but before this multiple of the run's duration, means the end. The paper shows a
+picture at 15 s, but the nozzle of the reconstructed trial stops after 14.8 s."""
 FRAME = re.compile(r"\d{4,}\.\d{3}s\.vtp")
 COLUMNS = (
     "frame",
@@ -42,9 +42,9 @@ COLUMNS = (
     "viscosity_iterations",
     "ms_a_frame",
 )
-"""Columns of a HealthLog. ``particles`` counts particles that have left the nozzle. Density errors are compressions of
-moving particles, divided by the rest density. Iterations per substep, and ms, are means since the row before. Errors
-and iterations are empty if nothing moved."""
+"""Columns of a HealthLog. ``particles`` is the number of particles that have left the nozzle. Density errors are
+compressions of moving particles, divided by the rest density. Iterations per substep, and ms per frame, are means since
+the row before. Errors and iterations are empty if nothing moved."""
 ROWS_EVERY = 10  # Number of frames per row
 
 
@@ -60,7 +60,7 @@ class Checkpoint(Watcher):
 
     @property
     def finer(self) -> int:
-        """``Injection.finer`` of the checkpoint. It is 1 without a checkpoint, and for one that ``begin`` rejects."""
+        """``Injection.finer`` of the checkpoint. 1 if there is no checkpoint, or if ``begin`` would reject it."""
         try:
             content = self._content()
             return _finer(content) if str(content["key"]) == self._key else 1
@@ -69,7 +69,7 @@ class Checkpoint(Watcher):
 
     def begin(self, injection: Injection) -> None:
         if injection.finer > self.finer:
-            # It replaces that of the failed attempt, which would otherwise be repeated after a kill.
+            # This replaces the checkpoint of the failed attempt, which would otherwise be repeated after a kill.
             self.keep(injection)
         elif self._path.is_file():
             self._note(f"{self._path.name}: {self._resume(injection)}")
@@ -96,7 +96,7 @@ class Checkpoint(Watcher):
         self._path.unlink(missing_ok=True)
 
     def _resume(self, injection: Injection) -> str:
-        """Restore the checkpoint if it belongs to this run, and return a sentence on the outcome."""
+        """Restore the checkpoint if it belongs to this run, and return a sentence about the outcome."""
         again = "the fluid run starts again at its first frame."
         try:
             content = self._content()
@@ -108,7 +108,7 @@ class Checkpoint(Watcher):
         return f"the run continues after frame {injection.done} of {injection.frames}, t = {injection.t_s:.2f} s."
 
     def _content(self) -> dict[str, NDArray[Any]]:
-        """Read all arrays before anything is changed, because reading detects damage."""
+        """Return all arrays of the checkpoint, which are read before the run is changed. Reading detects damage."""
         with opened(self._path, LARGEST_CHECKPOINT_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}
 
@@ -122,7 +122,7 @@ def _finer(content: Mapping[str, Any]) -> int:
 
 
 def take_frame(injection: Injection) -> Frame:
-    """Return the present state of all particles of the first run that have left the nozzle."""
+    """Return the current state of all particles of the first run that have left the nozzle."""
     injection.wait()
     state, out = injection.engine.state, injection.out
     return Frame(
@@ -140,15 +140,15 @@ class Moments(Watcher):
     """Watcher that calls ``take`` with a frame at each of several moments."""
 
     def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
-        """Prepare the watcher. ``times_s`` increase and may be endless.
+        """Prepare the watcher. ``times_s`` must increase and may be endless.
 
-        ``take`` gets the moment, and the frame at the moment or just after it.
+        The arguments of ``take`` are the moment, and the frame at this moment or just after it.
         """
         self._all_s, self._take = iter(times_s), take
 
     def begin(self, injection: Injection) -> None:
-        """Skip the moments before the present frame of a resumed run, but not the moment of that frame."""
-        # A run that is computed anew takes all moments again.
+        """Skip the moments before the current frame of a resumed run, but not the moment of that frame."""
+        # If a run is computed again, all moments are taken again.
         self._all_s, self._times_s = itertools.tee(self._all_s)
         self._next_s = next(self._times_s, math.inf)
         while self._due(injection) < injection.done:
@@ -164,7 +164,7 @@ class Moments(Watcher):
             self._next_s = next(self._times_s, math.inf)
 
     def _due(self, injection: Injection) -> float:
-        """Return the number of frames at which the next moment is due, at least one."""
+        """Return the number of finished frames at which the next moment is taken, at least one."""
         if math.isinf(self._next_s):
             return math.inf
         number = max(1, math.ceil(self._next_s / injection.schedule.frame_s - ROUNDING))
@@ -172,14 +172,14 @@ class Moments(Watcher):
 
 
 class FrameFiles(Moments):
-    """Watcher that writes frames of a run, and a collection of these frames that is complete at any moment."""
+    """Watcher that writes frames of a run as files, and a collection file that lists these frames."""
 
     def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
         super().__init__(times_s, self._write)
         self._collection, self._folder = collection, collection.parent
 
     def begin(self, injection: Injection) -> None:
-        """Remove the frames of an earlier run. Keep the frames up to a resumed run's frame, and the user's files."""
+        """Remove the frames of an earlier run, except frames up to a resumed run's frame, and not the user's files."""
         paths = sorted(self._folder.glob("*"))
         frames = read_collection(self._collection) if self._collection.is_file() else []
         self._frames = {path.name: t_s for t_s, path in frames if t_s <= injection.t_s and path in paths}
@@ -193,7 +193,7 @@ class FrameFiles(Moments):
 
     def _write(self, asked_s: float, frame: Frame) -> None:
         if frame.t_s in self._frames.values():
-            return  # Another moment of the same frame, or just past the run's end
+            return  # Another moment of the same frame, or just after the run's end
         name = f"{asked_s:08.3f}s.vtp"
         write_frame(self._folder / name, frame)
         self._frames[name] = frame.t_s
@@ -204,7 +204,7 @@ class FrameFiles(Moments):
 
 
 class StillThere(Watcher):
-    """Watcher that ends a run whose folder was removed, before other watchers write into a new folder."""
+    """Watcher that ends a run if its folder was removed, before other watchers write into a new folder."""
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._manifest = folder, folder / MANIFEST
@@ -219,16 +219,16 @@ class StillThere(Watcher):
 
 
 class HealthLog(Watcher):
-    """Watcher that appends rows of a run's health to a CSV file. The file is complete even if the process is killed."""
+    """Watcher that appends rows about a run's health to a CSV file, which is complete even if the process is killed."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def begin(self, injection: Injection) -> None:
-        """Keep the rows up to a resumed run's frame, or begin a new file."""
+        """Begin a new file. Rows up to a resumed run's frame are copied from the old file."""
         rows = files.read_text(self._path).splitlines()[1:] if injection.done and self._path.is_file() else []
         done = [row for row in rows if row.count(",") == len(COLUMNS) - 1 and int(row.split(",")[0]) <= injection.done]
-        # Written as a new file, because the name may be a link to another run's file.
+        # The file is replaced, because its name may be a link to another run's file.
         files.write_text(self._path, "\n".join([",".join(COLUMNS), *done, ""]))
         self._look_back(injection)
 
@@ -262,21 +262,21 @@ class HealthLog(Watcher):
         return ",".join(map(str, values))
 
     def _look_back(self, injection: Injection) -> None:
-        """Start the means of the next row."""
+        """Start the means for the next row."""
         self._solves, self._frames_s = len(injection.statistics.solves), injection.statistics.frames_s
         self._frame = injection.done
 
 
 def read_health(path: Path) -> dict[str, Floats]:
-    """Read the columns of a HealthLog. Empty fields become NaN."""
+    """Return the columns of a HealthLog by name, (n,) each. Empty fields are NaN."""
     return dict(zip(COLUMNS, files.read_table(path, COLUMNS).T, strict=True))
 
 
-GRAIN_MM = 0.01  # Step to which positions are rounded: a tenth of a picture's pixel, and half the bytes
+GRAIN_MM = 0.01  # Step to which positions are rounded, a tenth of a picture's pixel. It halves the size of the file
 
 
 class KeptFill(Watcher):
-    """Watcher that keeps the frames at several moments and at the end, and the computing times of frames."""
+    """Watcher that stores the frames at several moments and at the end, and the computing times of frames."""
 
     def __init__(self, snapshots_s: Iterable[float]) -> None:
         self._wanted_s = sorted(set(snapshots_s))

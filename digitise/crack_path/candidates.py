@@ -21,18 +21,18 @@ from sealtwin.core.records import Booleans, Floats, Integers
 #
 # Chosen on 127 real photos with masks: in 85 the first line is a crack, and in 91 one of the first three is.
 # Lower limits of clearness link cracks with grain and joints.
-LIKELY, SURE = 3.0, 5.0  # Least clearness of a cell that continues a line, and of one that starts it
-# A line's middle has at least this share of the largest clearness in a window of this many cells
+LIKELY, SURE = 3.0, 5.0  # Minimum clearness of a cell that continues a line, and of a cell that starts a line
+# A cell is in the middle of a line if its clearness is at least this fraction of the largest in a window of this size
 CREST, NEARBY = 0.3, 11
-MIN_BONE = 25  # Least length of a skeleton piece that starts a line
-MIN_LENGTH = 0.12  # Least distance of a line's ends over the photo's diagonal; shorter lines are pores and scratches
-JOINTS = (0.4, 0.25)  # Least length over the diagonal of a line that surely is a joint, and of one that may be
-COVERED = 0.8  # Least share of a joint's length that must be dark
-LARGEST_GAP = 0.05  # Longest interruption of a joint over the diagonal, for example by a chip
+MIN_BONE = 25  # Minimum number of cells of a skeleton piece that is used as a line
+MIN_LENGTH = 0.12  # Minimum distance between a line's ends, as a fraction of the diagonal. Shorter: pores
+JOINTS = (0.4, 0.25)  # Minimum length of a certain joint and of a possible joint, as fractions of the diagonal
+COVERED = 0.8  # Minimum fraction of a joint's length that must be dark
+LARGEST_GAP = 0.05  # Longest interruption of a joint, for example by a chip, as a fraction of the diagonal
 BESIDE_JOINT = 16.0  # Cells within this distance of a joint belong to it: its two rims are up to 14 cells apart
 LONGEST_BRIDGE = 20.0  # Longest gap that a line may bridge, for example at a coarse grain or a stain
-FADING = 0.5  # Share of a line's median worth; an end below it is cut off, because it has left the crack
-SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if they are this close over at least this share
+FADING = 0.5  # Fraction of a line's median worth. Ends with less worth have left the crack and are cut off
+SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if they are this close over at least this fraction of their length
 
 STRAIGHT, MIN_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and its least length
 LEG_WIDTHS = 4.0  # Least length of a straight leg in widths of the line
@@ -59,7 +59,7 @@ class FoundCrack:
 
     @property
     def outline_px(self) -> Floats:
-        """Ring in px around the line, as wide as its typical width, (m, 2)."""
+        """Ring around the line, as wide as its typical width, in px, (m, 2)."""
         aside_px = max(self.width_px, 2.0) / 2 * left_normals(self.line_px)
         return np.concatenate([self.line_px + aside_px, (self.line_px - aside_px)[::-1]])
 
@@ -67,8 +67,8 @@ class FoundCrack:
 def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Floats]]:
     """Return the lines that may be cracks, best first, and the ends of straight lines that were left out, (2, 2).
 
-    Lines beside a joint are left out if there are others. A joint is so much darker than plain ground that it hides
-    fainter cracks.
+    Lines beside a joint are left out if there are other lines. A joint is so dark that fainter cracks beside it would
+    not be found.
     """
     bones = _bones(field, field.allowed)
     surely, perhaps = (_straight_lines(bones, least) for least in JOINTS)
@@ -89,7 +89,7 @@ def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Flo
 
 
 def _bones(field: LineMap, allowed: Booleans) -> Booleans:
-    """Return the skeleton of the clear cells, without its short pieces."""
+    """Return a mask of the skeleton of the clear cells, without short pieces."""
     clear = np.where(allowed, field.clear, 0).astype(np.float32)
     likely = apply_hysteresis_threshold(clear, LIKELY, SURE)
     crest = clear >= CREST * cv2.dilate(clear, np.ones((NEARBY, NEARBY), np.uint8))
@@ -133,7 +133,7 @@ def _worth(field: LineMap) -> Floats:
 
 
 def _linked(bones: Booleans) -> Booleans:
-    """Return a skeleton with straight bridges between close ends, for example on both sides of a coarse grain."""
+    """Return the skeleton, with close ends joined by straight lines, for example across a coarse grain."""
     around = cv2.filter2D(bones.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
     ends = np.argwhere(bones & (around == 2))
     linked = bones.astype(np.uint8)
@@ -145,7 +145,7 @@ def _linked(bones: Booleans) -> Booleans:
 def _straight_lines(bones: Booleans, least: float) -> list[Floats]:
     """Return the two ends of each straight line in a skeleton, (2, 2), as column and row.
 
-    ``least`` is the least length of a line over the map's diagonal.
+    ``least`` is the minimum length of a line, as a fraction of the map's diagonal.
     """
     diagonal, near = float(np.hypot(*bones.shape)), widened(bones, 1)
     segments = cv2.HoughLinesP(
@@ -188,7 +188,7 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
 
 
 def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float]:
-    """Return the corners between a line's straight legs, (n, 2), and the length from which a leg counts as straight."""
+    """Return the corners between a line's straight legs, (n, 2), and the minimum length of a straight leg."""
     corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
     return np.asarray(corners, float), max(MIN_LEG, LEG_WIDTHS * width)
 
@@ -196,7 +196,7 @@ def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float
 def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:
     """Return how much a line's two sides differ.
 
-    The number is the difference of their lightness, divided by the step from the line to the darker side.
+    This is the difference of the sides' lightness, divided by the step from the line to the darker side.
     """
     near_px, far_px = (widths * width_px + px for widths, px in zip(SIDES, SIDES_PX, strict=True))
     profiles = profiles_across(photo, line_px, width_px, far_px)

@@ -30,7 +30,7 @@ ON_CRACK = 3.0  # Clearness of a cell on a crack: the darkest paths through bare
 SHARE_ON_CRACK = 0.5  # The same limit as a share of the path's own clearness
 PATH_CELLS = 1.5  # Paths closer than this, in cells, are the same
 SEARCH_WIDTHS = 1.0  # The crack's middle is searched for within this many widths to each side of the path
-MIN_BESIDE = 3.0  # The same distance in cells, at least
+MIN_BESIDE = 3.0  # Minimum of that distance, in cells
 CLEAREST = 90  # Percentile of the clearness near the path that is taken for the clearness of the crack's middle
 
 
@@ -64,7 +64,7 @@ def find_path(
 
 @dataclass(frozen=True)
 class CrackSearch:
-    """The lines that are most likely to be the crack, likeliest first, and at most ``MAX_RANKED`` of them."""
+    """The lines that are most likely to be the crack, most likely first. There are at most ``MAX_RANKED``."""
 
     photo: Photo
     wire: "LiveWire"
@@ -117,7 +117,7 @@ class CrackSearch:
     def _along(self, crack: FoundCrack) -> CrackPath:
         """Return the path between the ends of a line.
 
-        Points of the line are added if the path would leave it otherwise.
+        If this path leaves the line, points of the line are added as via points.
         """
         line_px = crack.line_px
         path = self.wire.between(line_px[[0, -1]])
@@ -155,7 +155,7 @@ class LiveWire:
     def between(self, points_px: Floats, source: Literal["ends", "via"] | None = None) -> CrackPath:
         """Return the path past all points, (n, 2) in px, inside the photo.
 
-        ``source`` is None if nobody clicked the points, because they are on a line that a search found.
+        ``source`` is None if the points were found by a search and not clicked.
         """
         route = self.route(points_px, clicked=source is not None)
         gates = [gate for gate in GATES if source is not None or gate is not moved_click]
@@ -176,7 +176,7 @@ class LiveWire:
             stops[number] = self._snapped(stops[number], points_px[number], cost)
         cells = self._joined(cost, stops, points_px)
         width, line[tuple(cells.T)] = float(np.median(field.width[tuple(cells.T)])), True
-        # A wide crack is as cheap along its walls; its middle is the clearest place.
+        # In a wide crack, a path along the walls is as cheap as in the middle. The middle is where cells are clearest.
         beside = distance_outside(line) <= max(SEARCH_WIDTHS * width, MIN_BESIDE)
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
         cost = np.where(beside, field.cost(max(CLEARNESS_LIMIT, clearest)), np.inf)
@@ -188,9 +188,9 @@ class LiveWire:
         return Route(self._photo, field, cells, line_px, width_px, points_px)
 
     def _believing(self, points_px: Floats) -> "LiveWire":
-        """Return a wire that searches a dark border region if a click is deep inside it.
+        """Return a wire that also searches a dark region at the border if a click is deep inside that region.
 
-        Without such a click the region counts as the surroundings of the sample.
+        Without such a click the region counts as the surroundings of the sample and is not searched.
         """
         if not self.field.around.any():
             return self
@@ -209,7 +209,10 @@ class LiveWire:
         return np.clip(cells, 0, np.array(self.field.clear.shape) - 1)
 
     def _on_map(self, points_px: Floats) -> Integers:
-        """Return the row and column of each point, moved to the nearest cell that is searched."""
+        """Return the row and column of each point, (n, 2), moved to the nearest cell that is searched.
+
+        Raises InputError if a point is too far outside the searched area.
+        """
         allowed = np.argwhere(self.field.allowed)
         if len(allowed) == 0:
             raise InputError(f"{self._photo.file}: no part of the sample is near the ends. Check ends_px and roi_px.")
@@ -227,7 +230,10 @@ class LiveWire:
         return searched
 
     def _snapped(self, stop: Integers, point_px: Floats, cost: Floats) -> Integers:
-        """Return the cell of a via point, moved to the cheapest cell of a nearby line."""
+        """Return the row and column of a via point, (2,), moved to the cheapest cell of a nearby line.
+
+        Raises InputError if no line is near.
+        """
         clear = np.argwhere((self.field.clear >= ON_CRACK) & self.field.allowed)
         away_px = np.hypot(*(clear - stop).T) / self.field.scale
         near = away_px <= self._snap_px
@@ -244,7 +250,7 @@ class LiveWire:
     def _joined(self, cost: Floats, stops: Integers, points_px: Floats) -> Integers:
         """Return the cheapest legs between the stops as one path, without parts that are passed twice.
 
-        A leg may run back along the leg before it only as far as a click may be off.
+        Raises InputError if a leg runs back along the leg before it for longer than a click may be off its crack.
         """
         cells, *legs = cheapest_legs(cost, stops, self.field.scale)
         for number, leg in enumerate(legs, 1):
@@ -262,9 +268,9 @@ class LiveWire:
         return cells
 
     def _on_crack(self, cells: Integers, points_px: Floats, width: float, limit_px: float) -> Integers:
-        """Return the part of a path that is on the crack.
+        """Return the part of a path from the first to the last cell that is clear and darker than the ground.
 
-        It is the part from the first to the last cell that is clear and darker than the ground.
+        Raises InputError if that part begins or ends more than ``limit_px`` from an end of the path.
         """
         clear = maximum_filter1d(self.field.clear_along(cells), 3)
         around = resized(blurred_copy(self.field.shown, SIGMA + 2 * width), self.field.shown.shape)
@@ -273,7 +279,7 @@ class LiveWire:
         is_clear = clear >= min(ON_CRACK, SHARE_ON_CRACK * float(np.median(clear)))
         s_px, ends = arc_length(cells.astype(float)) / self.field.scale, []
         for end, away_px in ((0, s_px), (-1, s_px[-1] - s_px)):
-            # The tip of a crack in grain is clear beyond the last place that is dark.
+            # In coarse grain, the tip of a crack is clear beyond the last dark cell.
             nearest_px = [away_px[places].min(initial=np.inf) for places in (is_clear & dark, is_clear)]
             moved_px = nearest_px[0] if nearest_px[0] <= limit_px else nearest_px[1]
             if moved_px > limit_px:

@@ -1,6 +1,6 @@
-"""Gates that a path between clicks must pass. A gate takes a route and returns a finding with its position, or None.
+"""Gates: checks of a path between clicks. A gate takes a route and returns a finding with its position, or None.
 
-A gate refuses a path that cannot follow a crack (level "fault"), and doubts a path that may follow something else. The
+A gate refuses a path that cannot follow a crack (level "fault"), and warns of a path that may not follow the crack. The
 text of a finding has no full stop.
 """
 
@@ -24,27 +24,28 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Integers
 
-# Limits in units of clearness, from 115 right paths on real photos and 300 paths through bare ground.
-# Least median along a path: paths through ground reach 2.85 at most, and 2 % of the right paths are below 3
+# Limits in units of clearness, from 115 right paths on real photos and 300 paths beside cracks.
+# Minimum median along a path. Paths beside cracks reach at most 2.85, and 2 % of the right paths are below 3
 MIN_CLEAR = 3.0
 STRETCH, STRETCH_WIDTHS = 24.0, 2.0  # Length of a stretch: cells, or widths of the crack if that is longer
-NEAR_GROUND = 2.6  # A stretch with a lower mean is doubted
-LONG = 2.0  # Multiple of that length over which the mean is taken before a path is refused
-AS_GROUND = 2.1  # A path with a lower mean over that length is refused
+NEAR_GROUND = 2.6  # A stretch with a lower mean gives a warning
+LONG = 2.0  # Length of the stretch, as a multiple of the length above, whose mean can refuse a path
+AS_GROUND = 2.1  # A path is refused if a stretch of that length has a lower mean
 
 LIGHT_PX = 12.0  # Largest distance from the wall at which a light line is searched for
-LIGHT = 0.5  # Step from ground to the light line, over the step from path to ground; 12 % of the right paths have more
-# A path is refused if its light and that of the light line, over the ground's, are above these values
+# Largest step from ground to light line, divided by the step from path to ground. 12 % of the right paths have more
+LIGHT = 0.5
+# A path is refused if the brightness of the path and of the light line, relative to the ground, is above these values
 NOT_DARK, BRIGHT = 0.9, 1.25
 
-LEG_SHARE = 0.15  # Least length of a leg along a joint, over the path's length
+LEG_SHARE = 0.15  # Minimum length of a leg along a joint, as a fraction of the path's length
 SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
 ONWARD = 28.0  # The joint must go on this many cells, plus two widths, beyond the corner
 MIN_APART, APART = 5.0, 1.5  # A cell is off the path if it is farther from it than this: cells, and widths
-MIN_ONWARD = 8  # Least number of such cells ahead
-GOES_ON = 4.0  # Least mean clearness of those cells
+MIN_ONWARD = 8  # Minimum number of cells ahead that are off the path
+GOES_ON = 4.0  # Minimum mean clearness of those cells
 
-BESIDE_PX = 7.0  # A click this far from the middle of a crack is still on it, if the crack is as wide
+BESIDE_PX = 7.0  # A click up to this far from the crack's middle is not reported if the crack is at least as wide
 
 BESIDE_AROUND = 6.0  # A path within this many cells of the surroundings runs along them
 # Longest allowed run along the surroundings: widths of the crack, and at least this many cells
@@ -76,8 +77,8 @@ def dark_enough(route: Route) -> Fact | None:
     if clear >= MIN_CLEAR:
         return None
     fault = (
-        f"no crack between the ends: the darkest path there is {clear:.1f} times as dark as the ground's grain (a "
-        f"crack is at least {MIN_CLEAR:g} times as dark). Check ends_px; {IF_LIGHTER}"
+        f"no crack between the ends: the darkest path there has a contrast of {clear:.1f} times the noise (a "
+        f"crack has at least {MIN_CLEAR:g} times). Check ends_px; {IF_LIGHTER}"
     )
     return doubt("path.not-dark", fault, clear, level="fault")
 
@@ -114,14 +115,14 @@ def bare_stretch(route: Route) -> Fact | None:
 
 
 def _means(values: Floats, count: int) -> Floats:
-    """Return the mean of every ``count`` consecutive values, or of all values if there are fewer."""
+    """Return the mean of every ``count`` consecutive values. If there are fewer values, return their mean, (1,)."""
     return np.convolve(values, np.ones(min(count, len(values))) / min(count, len(values)), mode="valid")
 
 
 def lighter_line(route: Route) -> Fact | None:
     """Find a line beside the path that is much lighter than the ground.
 
-    The path may then be the shade of a light crack.
+    Such a line may be a light crack, and the path its shadow.
     """
     half_px = max(route.width_px, 2.0) / 2
     profiles = profiles_across(route.photo, route.points_px, route.width_px, half_px + 2 * LIGHT_PX)
@@ -144,7 +145,7 @@ def lighter_line(route: Route) -> Fact | None:
 
 
 def along_joint(route: Route) -> Fact | None:
-    """Find a straight leg of the path along a line that goes straight on where the path turns off, as a joint does."""
+    """Find a straight leg of the path on a line that continues straight where the path turns off, as a joint does."""
     cells = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED)
     width = max(route.width_px * route.field.scale, 1.0)
     corners, least = straight_legs(cells, width)
@@ -177,8 +178,8 @@ def along_joint(route: Route) -> Fact | None:
 
 
 def moved_click(route: Route) -> Fact | None:
-    """Find a click that is farther from the path than the crack is wide, or outside a wide crack."""
-    # A crack fades at its tip: there a click may be ahead of the path.
+    """Find a click that is outside a wide crack, or farther from the path than a thin crack is wide."""
+    # A crack fades at its tip, so a click there may be beyond the end of the path.
     ahead_px = snap_px(route.photo)
     line_px = extended(route.points_px, ahead_px, ahead_px, 2 * route.width_px, 1.0)
     away_px, nearest = KDTree(line_px).query(route.clicks_px)

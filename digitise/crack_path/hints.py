@@ -11,9 +11,9 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, PathSource
 
-# Largest distance of a clicked point from its crack: px, and share of the photo's longer side
+# Largest distance of a clicked point from its crack: in px, or as a fraction of the photo's longer side if that is more
 SNAP_PX, SNAP_SHARE = 15.0, 0.015
-MIN_REGION_PX = 32.0  # Least side length of a region of interest
+MIN_REGION_PX = 32.0  # Minimum side length of a region of interest
 
 
 @dataclass(frozen=True)
@@ -44,18 +44,18 @@ def listed(points_px: Floats) -> str:
 def snap_px(photo: Photo) -> float:
     """Return the largest allowed distance of a clicked point from its crack, in px.
 
-    It is the same distance on the screen for every photo that is shown whole.
+    On a screen that shows the whole photo, this distance is the same for all large photos.
     """
     return max(SNAP_PX, SNAP_SHARE * max(photo.size_px))
 
 
 def too_far(away_px: float, most_px: float) -> str:
-    """Return a distance above a limit as text. It is rounded up so that it does not look allowed."""
+    """Return a distance above a limit, and the limit, as text. The distance is rounded up, and the limit down."""
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 
 def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> None:
-    """Raise InputError if a point is outside the photo or the face, or if the ends are too close together."""
+    """Raise InputError if a point is outside the photo or the face, or if the two ends are too close together."""
     points_px, names = np.array([*ends_px, *via_px], float), ["end", "end", *("via point" for _ in via_px)]
     width, height = photo.size_px
     for name, point_px in zip(names, points_px, strict=True):
@@ -83,7 +83,10 @@ def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()
 
 
 def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
-    """Return the corners of the region of interest, (n, 2). Raises InputError if it is too small or its sides cross."""
+    """Return the corners of the region of interest in px, (n, 2).
+
+    Raises InputError if the region is too small or its sides cross.
+    """
     corners = np.array(roi_px, float)
     if len(corners) == 2:
         (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)

@@ -33,45 +33,47 @@ from sealtwin.core.records import Booleans, Floats, Integers
 
 WORK_PX = 1000  # Longer side of the copy. More is not needed for a path, because walls are refined on the photo itself
 RIM = 3  # Cells at the map's border that are replaced by the cells next to them
-# Least displayed brightness to divide by; with less, the noise of a black board would look like lines
+# Minimum displayed brightness to divide by. With less, the noise of a black board would look like lines
 MIN_LIGHT = 0.05
 CONTINUED = 20.0  # Sigma in cells by which brightness is continued beyond the searched area
 
 # Constants of the filter. Lengths are in cells of the copy that is filtered.
 #
-# Chosen on drawn roads, on 74 real photos and on pieces of bare ground: along 98 % of the real cracks the median
-# clearness is over 3.1, along the darkest ways through bare ground it is under 2.7. A longer bar loses cracks that
-# wander, a shorter one finds grains.
+# Chosen on drawn roads, on 74 real photos and on photos without cracks. Along 98 % of the real cracks the median
+# clearness is over 3.1. Along the darkest paths without a crack it is under 2.7. A longer bar loses winding cracks, and
+# a shorter bar finds grains.
 SIGMAS = ((0.7,), (0.7, 1.4), (1.4,), (1.4,), (1.4,), (1.4,))  # Sigmas of the bar on each halved copy
-MIN_SIDE = 20  # Least side of a halved copy
+MIN_SIDE = 20  # Shorter side of the smallest halved copy
 DIRECTIONS = 8  # Number of directions in half a turn
-ELONGATION = 2.5  # Length of the bar over its width
+ELONGATION = 2.5  # Length of the bar divided by its width
 MIDDLE, SIDE = 0.7, 2.2  # Width of the bar, and distance of its sides from its middle, in sigmas
-ONE_SIDED = 0.5  # Share of the sides' difference that is subtracted, because an edge is dark against one side only
-# Brightness is divided by its mean over this sigma: on the first copy, and at least on smaller copies
+ONE_SIDED = 0.5  # Fraction of the sides' difference that is subtracted: an edge is darker than one side only
+# Sigma of the mean by which brightness is divided: on the first copy, and its minimum on smaller copies
 SIGMA, MIN_SIGMA = 20.0, 12.0
-NOISE, MIN_NOISE = 40.0, 5.0  # Noise is averaged over this sigma: on the first copy, and at least on smaller copies
-# A response counts as at most this many typical responses in the noise, so that a crack is not noise
+NOISE, MIN_NOISE = 40.0, 5.0  # Sigma over which noise is averaged: on the first copy, and its minimum on smaller copies
+# In the noise, a response is limited to this many median responses, so that cracks do not count as noise
 NOISE_RESPONSES = 4.0
-MEAN_SIZE = 1.25  # Standard deviation of a normal distribution, over its mean absolute value
-# Least noise of brightness, from rounding to 8 bits; least noise for wide bars, from soft shadows
+MEAN_SIZE = 1.25  # Standard deviation of a normal distribution, divided by its mean absolute value
+# Minimum noise of brightness, from rounding to 8 bits. Minimum noise for wide bars, from soft shadows
 QUIET, QUIET_WIDE = 2e-3, 0.06
 WIDE_FROM = 3  # Index of the first halved copy with wide bars
 WIDTH = 2.4  # Width of the line that fits a bar best, in sigmas of the bar
 
-CLEARNESS_LIMIT = 8.0  # A line clearer than this costs no less, so that a strong grain does not pay for a detour
-BY_CLEARNESS = 0.7  # Share of clearness in a line's worth; the rest is contrast
+CLEARNESS_LIMIT = 8.0  # More clearness does not lower the cost, so that a strong grain causes no detour
+BY_CLEARNESS = 0.7  # Weight of clearness in a line's worth. The rest is the weight of contrast
 NOTHING = 0.04  # Worth of a step off any line: a gap costs as much as a line 25 times as long
-MIN_CONTRAST = 0.1  # Least value of a photo's largest contrast, by which the contrast of its lines is divided
-ROOM, MIN_ROOM_PX = 0.5, 100.0  # Margin around the box of two points: share of their distance, and least px
+MIN_CONTRAST = 0.1  # Contrast is divided by the photo's largest contrast, but at least by this
+# Margin around the box of two points: as a fraction of their distance, and its minimum in px
+ROOM, MIN_ROOM_PX = 0.5, 100.0
 
 
 # Constants of the search for dark surroundings.
 NARROW = 81  # Size in cells of the median that removes narrow cracks before the search
-DARK = 0.3  # Share of the usual displayed brightness. A hard shadow keeps 0.4 or more of it, black cloth 0.2 at most
+DARK = 0.3  # Fraction of the sample's displayed brightness. A hard shadow has at least 0.4, black cloth at most 0.2
 SAMPLE_PERCENTILE = 60  # Percentile of brightness that is taken for the sample's, which fills most of the searched area
-BORDER = 0.5  # Least share of a region's extent along the border: a crack that leaves the photo has at most a quarter
-MIN_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
+# Minimum fraction of a region's extent that is along the border. A crack that leaves the photo has at most a quarter
+BORDER = 0.5
+MIN_SHARE = 0.02  # Minimum fraction of the picture. Smaller regions are holes in the sample
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class LineMap:
     scale: float  # Cells per pixel of the photo
     shown: Map  # Displayed brightness
     clear: Map  # Response of the filter, in units of the noise around the cell
-    contrast: Map  # Response of the filter, as displayed brightness over its local mean
+    contrast: Map  # Response of the filter to displayed brightness divided by its local mean
     width: Map  # Width in cells of the line that fits best
     allowed: Booleans  # True for cells on the face that no marker covers
     around: Booleans  # True for cells in dark border regions that were taken for the surroundings
@@ -97,14 +99,14 @@ class LineMap:
     def clear_along(self, cells: Integers) -> Floats:
         """Return the clearness of cells, at most ``CLEARNESS_LIMIT``. ``cells`` are rows and columns, (n, 2).
 
-        Strong contrast is clear in any grain: a contrast of ``MIN_CONTRAST`` counts as a clearness of 1.
+        Strong contrast also counts: a contrast of ``MIN_CONTRAST`` counts as a clearness of 1.
         """
         along = tuple(cells.T)
         clear = np.maximum(self.clear[along], self.contrast[along] / np.float32(MIN_CONTRAST))
         return np.minimum(clear, CLEARNESS_LIMIT).astype(float)
 
     def cost(self, clear: float = CLEARNESS_LIMIT) -> Floats:
-        """Return the cost of a step through each cell. A clearness above ``clear`` does not lower it further."""
+        """Return the cost of a step through each cell. A clearness above ``clear`` does not lower the cost further."""
         usual = np.percentile(self.contrast[self.allowed], 99) if self.allowed.any() else 0.0
         share = np.clip(self.contrast / max(usual, MIN_CONTRAST), 0, 1)
         worth = BY_CLEARNESS * np.clip(self.clear, 0, clear) / clear + (1 - BY_CLEARNESS) * share
@@ -129,7 +131,7 @@ def map_lines(
     scale = min(1.0, WORK_PX / max(light.shape))
     light = scaled_down(light, scale)
     allowed = scaled_down(allowed, scale) >= 254
-    # Grain has equal contrast in shade and light if brightness is as displayed.
+    # In displayed brightness, grain has the same contrast in shadow and in light.
     shown = np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA).astype(np.float32)
     around = np.zeros_like(allowed)
     if photo.face_px is None:
@@ -144,11 +146,11 @@ def map_lines(
 
 
 def surroundings(shown: Map, crack: Floats | None = None) -> Booleans:
-    """Return the large dark regions along the border. ``shown`` is displayed brightness.
+    """Return a mask of the large dark regions along the border. ``shown`` is displayed brightness.
 
     A region that contains a point of ``crack``, (n, 2) as column and row, is not among them.
     """
-    # OpenCV has large medians of whole numbers only.
+    # OpenCV computes large medians of whole numbers only.
     size = min(NARROW, 2 * (min(shown.shape) // 4) + 1)
     without_cracks = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)
     label, area = pieces(without_cracks < DARK * np.percentile(without_cracks, SAMPLE_PERCENTILE))
@@ -189,12 +191,12 @@ def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:
 
 
 def _to_border(picture: Map) -> Map:
-    """Return the map with its rim replaced by the cells next to it. At the rim a line has ground on one side only."""
+    """Return the map with its rim replaced by the cells next to it. A bar at the rim has only one side in the photo."""
     return np.pad(picture[RIM:-RIM, RIM:-RIM], RIM, mode="edge")
 
 
 def _response(even: Map, sigma: float, direction: int) -> Map:
-    """Return how much brighter the two sides are than the middle, less half of the sides' difference."""
+    """Return by how much the two sides are brighter than the middle, minus half of the difference between the sides."""
     middle = np.asarray(cv2.filter2D(even, cv2.CV_32F, _bar(sigma, direction)), np.float32)
     angle = np.pi * direction / DIRECTIONS + np.pi / 2
     left, right = (_moved(middle, side * SIDE * sigma, angle) for side in (1, -1))
@@ -202,7 +204,7 @@ def _response(even: Map, sigma: float, direction: int) -> Map:
 
 
 def _bar(sigma: float, direction: int) -> Map:
-    """Return the weights of a Gaussian mean along a direction. The angle counts from x to y."""
+    """Return the weights of a Gaussian mean along a direction. Directions are counted from x to y."""
     reach = int(np.ceil(3 * ELONGATION * sigma))
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     angle = np.pi * direction / DIRECTIONS
@@ -219,7 +221,7 @@ def _moved(picture: Map, distance: float, angle: float) -> Map:
 
 
 def _noise(responses: NDArray[np.float32], usable: Booleans, sigma: float) -> Map:
-    """Return the standard deviation of the responses around each cell, estimated from their mean size off cracks."""
+    """Return the standard deviation of the responses around each cell. Strong responses, at cracks, are limited."""
     few = np.abs(responses[:: DIRECTIONS // 4])
     limit = NOISE_RESPONSES * float(np.median(few[:, usable])) if usable.any() else 0.0
     size = np.where(usable, np.minimum(few, limit).mean(axis=0), 0).astype(np.float32)

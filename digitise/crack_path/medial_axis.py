@@ -12,8 +12,8 @@ from skimage.morphology import skeletonize
 from digitise.image.raster import Map
 from sealtwin.core.records import Booleans, Floats, Integers
 
-MIN_BRANCH = 0.7  # Least distance in widths that a side crack reaches from the wall; less is roughness of the wall
-MIN_BRANCH_PX = 8.0  # The same in pixels: shorter side cracks are pores or slips of a brush
+MIN_BRANCH = 0.7  # Minimum length of a side crack from the wall, in widths of the crack. Less is roughness of the wall
+MIN_BRANCH_PX = 8.0  # Minimum of that length, in px. Shorter side cracks are pores or slips of a brush
 # A line that ends within this many cells of the rim ends on it; this is a little more than a diagonal step
 AT_RIM = 1.5
 
@@ -30,9 +30,9 @@ def pieces(mask: Booleans, connectivity: int = 8) -> tuple[NDArray[np.int32], In
 
 
 def holding(mask: Booleans, places: Floats, connectivity: int = 4) -> Booleans:
-    """Return the piece of a mask that contains most of ``places``, (n, 2) as column and row.
+    """Return the piece of a mask that contains most of the points ``places``, (n, 2) as column and row.
 
-    Returns an empty mask if no place is in the mask.
+    Returns an empty mask if no point is in the mask.
     """
     label, _ = pieces(mask, connectivity)
     column, row = np.clip(np.rint(places).astype(np.int64), 0, np.array(mask.shape[::-1]) - 1).T
@@ -42,7 +42,7 @@ def holding(mask: Booleans, places: Floats, connectivity: int = 4) -> Booleans:
 
 
 def larger_pieces(mask: Booleans, least: float, connectivity: int = 8) -> Booleans:
-    """Return the mask without pieces of fewer than ``least`` cells."""
+    """Return the mask without pieces that have fewer than ``least`` cells."""
     label, area = pieces(mask, connectivity)
     return mask & (area >= least)[label]
 
@@ -50,7 +50,7 @@ def larger_pieces(mask: Booleans, least: float, connectivity: int = 8) -> Boolea
 def distance_outside(mask: Booleans) -> Map:
     """Return the distance of each cell from the nearest cell of the mask. It is 0 inside the mask."""
     away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    # OpenCV's last bit depends on the memory address of a small array; squared distances are whole numbers.
+    # Squared distances are whole numbers. OpenCV's last bit depends on the memory address of a small array.
     return np.sqrt(np.rint(np.square(np.asarray(away, np.float32))))
 
 
@@ -79,8 +79,8 @@ def nearest_cell(cells: Integers, position: Floats | Integers) -> int:
 def along_middle(region: Booleans, ends: Floats) -> Integers:
     """Return the cells along the middle of a region, (n, 2) as row and column.
 
-    They lead from the cell nearest to the first of ``ends`` to the cell nearest to the second. Each end is a column and
-    a row.
+    The first cell is nearest to the first of ``ends``, and the last cell is nearest to the second. ``ends``, (2, 2),
+    are given as column and row.
     """
     cells = np.argwhere(region)
     start, end = (cells[nearest_cell(cells, position[::-1])] for position in ends)
@@ -98,7 +98,7 @@ def rightward(way: Integers) -> Integers:
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:
     """Return the path shortened by half the crack's width at each end.
 
-    This removes the hook of a skeleton, which bends into a corner at a blunt end.
+    At a blunt end, a skeleton bends into a corner. This removes the bend.
     """
     back = round(float(np.median(to_rim[tuple(way.T)])))
     return way[back:-back] if 0 < 2 * back < len(way) - 1 else way
@@ -120,7 +120,7 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
 
 
 def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
-    """Return the graph's spanning tree, which omits the link of least worth in each loop."""
+    """Return the spanning tree of the graph. In each loop, the link with the least worth is omitted."""
     links = coo_array(graph)
     weakness = 1 / (worth[links.row] + worth[links.col])
     tree = coo_array(minimum_spanning_tree(csr_array((weakness, (links.row, links.col)), shape=graph.shape)))
@@ -128,7 +128,7 @@ def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
 
 
 def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
-    """Return the longest of the shortest paths in the piece of ``start``, as indices, and its length.
+    """Return the longest path without detours in the piece that contains ``start``, as indices, and its length.
 
     The result is exact if the piece is a tree.
     """
@@ -160,7 +160,7 @@ def side_lines(region: Booleans, way: Integers, least: float) -> list[tuple[Inte
         indices = outside[members]
         root = int(np.argmin(beyond[indices]))
         foot = nearest[indices[root]]
-        # A crack continues past an end beside the path if the click was off its middle.
+        # If a click was off the middle, the crack continues past this end beside the path.
         if beyond[indices].max() < least or min(foot, len(trunk) - 1 - foot) <= to_rim[foot]:
             continue
         walk, _ = _walk(graph[members][:, members], root)
@@ -169,7 +169,7 @@ def side_lines(region: Booleans, way: Integers, least: float) -> list[tuple[Inte
 
 
 def _beside(cells: Integers, way: Integers) -> Integers:
-    """Return the walk along a skeleton from one end of ``way`` to the other. ``way`` itself may be off the middle."""
+    """Return the path along a skeleton from one end of ``way`` to the other, (n, 2). ``way`` may be off the middle."""
     away = np.asarray(KDTree(way).query(cells)[0])
     _, piece = connected_components(linked(cells), directed=False)
     indices = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
@@ -182,7 +182,7 @@ def _beside(cells: Integers, way: Integers) -> Integers:
 def _walk(graph: csr_array, start: int, end: int | None = None) -> tuple[Integers, float]:
     """Return the shortest path from start to end, as indices, and its length.
 
-    Without an end, go to the farthest cell.
+    If ``end`` is None, the path leads to the cell that is farthest from the start.
     """
     away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
     walk = [int(np.argmax(np.where(np.isfinite(away), away, -1))) if end is None else end]

@@ -18,32 +18,35 @@ from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats
 
 WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is searched for
-MIN_COVERED = 0.25  # A cell of that copy is painted from this share on, so that a line of one pixel stays whole
+MIN_COVERED = 0.25  # A cell of that copy is painted if at least this fraction is. A line of one pixel stays whole
 PINHOLE = 0.5  # An unpainted spot up to this diameter, in crack widths, is a slip of the brush
 
 # Limits on how a mask may differ from its photo. Widths are in units of the paint's width.
 #
-# Set on 64 real masks and on 258 that were turned, mirrored, shifted or of another photo. Higher values of
-# ``SHARE_REFUSED`` and ``SHARE_DOUBTED`` refuse and doubt more masks, including right ones.
-OWN, BESIDE = 1.2, 2.0  # Widths from the middle that belong to this crack, and up to which light is compared
-MIN_BESIDE_PX = 12.0  # Distance added to these widths
+# Chosen on 64 real masks and on 258 masks that were rotated, mirrored, shifted or of another photo. Higher values of
+# ``SHARE_REFUSED`` and ``SHARE_DOUBTED`` give more refusals and warnings, also for right masks.
+# Distances from the middle, in widths: paint up to the first belongs to this crack. Light is compared up to the second
+OWN, BESIDE = 1.2, 2.0
+MIN_BESIDE_PX = 12.0  # Distance added to ``BESIDE``
 RIM_PX = 2  # Distance over which blur mixes paint and ground
-DARKER = 0.97  # A stretch is darker if its light over the light next to it is below this
-# A mask is refused, or doubted, if a smaller share of its stretches is darker
+DARKER = 0.97  # A stretch counts as darker if its light, divided by the light beside it, is below this
+# A mask is refused, or gives a warning, if a smaller fraction of its stretches is darker
 SHARE_REFUSED, SHARE_DOUBTED = 0.65, 0.75
 NOT_DARKER = 0.88  # A mask with few darker stretches is refused only if the median of that light ratio is above this
-ASIDE, MIN_ASIDE_PX = 0.35, 3.0  # The paint may be this far off the darkest band of its width: widths, and px
+# Largest distance of the paint from the darkest band that is as wide as the paint: in widths, or in px if that is more
+ASIDE, MIN_ASIDE_PX = 0.35, 3.0
 THIRDS_OF = 9  # Each third of a line is checked if it has at least this many stretches
-MUCH_DARKER = 0.08  # A band away from the paint counts only if it is darker than the paint by this
-# Paint and dark band have different widths if their ratio and their difference are above these
+MUCH_DARKER = 0.08  # A band beside the paint counts only if it is darker than the paint by this much
+# Paint and dark band have different widths if the ratio and the difference of their widths are above these values
 WIDTH_RATIO, WIDER_PX = 2.0, 6.0
 
 
 def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
     """Return the middle of the painted crack.
 
-    It runs between the ends, or from left to right along the largest piece of paint. Raises InputError if an end is not
-    on the paint, if the two ends are on different pieces, or if the photo shows no crack there.
+    The path runs between the ends. If there are none, it runs from left to right along the largest piece of paint.
+    Raises InputError if an end is not on the paint, if the two ends are on different pieces, or if the photo shows no
+    crack under the paint.
     """
     paint = present(photo.drawn, "the paint")
     label, area = medial_axis.pieces(paint)
@@ -74,7 +77,7 @@ def painted_path(photo: Photo, ends_px: PixelPair | None) -> CrackPath:
 
 
 def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
-    """Return the number of the piece that contains both ends. Raises InputError if there is none."""
+    """Return the number of the piece of paint at both ends. Raises InputError if no single piece is near both ends."""
     numbers, most_px = [], snap_px(photo)
     for x, y in ends_px:
         left, top = max(int(x - most_px), 0), max(int(y - most_px), 0)
@@ -103,10 +106,10 @@ def _without_pinholes(region: Booleans) -> Booleans:
 
 
 def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, confirmed: bool) -> Facts:
-    """Return a warning if the paint is hardly darker than the ground around it.
+    """Return a warning if little of the paint is darker than the ground around it.
 
-    Raises InputError if it is not darker at all, unless the mask is ``confirmed`` because the user gave both ends on
-    it.
+    Raises InputError if even less is darker. A mask that is ``confirmed``, because the user gave both ends on it, is
+    not refused.
     """
     width_px = max(width_px, 2.0)
     profiles = profiles_across(photo, line_px, width_px, BESIDE * width_px + MIN_BESIDE_PX)
@@ -136,16 +139,16 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
 
 
 def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
-    """Return a warning if the dark band along the paint is beside the paint, or far wider or narrower."""
+    """Return a warning if the dark band along the paint is beside it, or far wider or narrower than the paint."""
     light = profiles.mean()
     shares = light / np.maximum(row_medians(light), 1e-6)[:, None]
-    # Paint that crosses the band is on both sides of it: its thirds show that.
+    # Paint that crosses the band is on each side of it in different thirds of the line.
     parts = [shares, *(np.array_split(shares, 3) if len(shares) >= THIRDS_OF else ())]
     aside_px = max(_aside_px(part, profiles.offset_px, width_px) for part in parts)
     if aside_px:
         text = (
-            f"photo.mask: along a part of it, the darkest band as wide as the paint ({width_px:.0f} px) is {aside_px} "
-            "px away from the paint. Is the mask shifted or rotated against the photo?"
+            f"photo.mask: along a part of the crack, the darkest band as wide as the paint ({width_px:.0f} px) is "
+            f"{aside_px} px away from the paint. Is the mask shifted or rotated against the photo?"
         )
         return (doubt("path.mask-aside", text, aside_px, "px"),)
     profile, beside = row_medians(shares.T), np.abs(profiles.offset_px) > width_px / 2 + RIM_PX

@@ -12,17 +12,17 @@ from digitise.photo import Photo
 from sealtwin.core.records import Booleans, Floats, Integers
 
 BLUR_PX = 0.8  # Sigma of a Gaussian blur that reduces noise and does not move an edge
-MIN_WIDTH_PX = 2.0  # Least sigma for smoothing a line, because the steps of a path are whole pixels
-# Least length of a stretch: this many px, for many grains, and two widths of the crack
+MIN_WIDTH_PX = 2.0  # Minimum sigma for smoothing a line, because the steps of a path are whole pixels
+# Minimum length of a stretch: this many px, so that it has many grains, or two widths of the crack if that is more
 MIN_LENGTH_PX, WIDTHS_LONG = 16.0, 2.0
-MAX_STATIONS = 4000  # Largest number of stations of a line; more add nothing
+MAX_STATIONS = 4000  # Largest number of stations of a line. More would not improve the result
 
 STATIONS = 400  # Largest number of stations at which a width is measured
 STEP_PX = 0.5  # Spacing of samples across the line
-# Widths in view to either side: far in the first pass, since the rough width may be a third; then near
+# Widths read to either side, in two passes. The first is wide, since the rough width may be a third of the true width
 REACHES = (4.0, 1.5)
-MIN_REACH_PX = 8.0  # Least reach, for a path that is off a thin crack
-MIN_FOUND = 0.3  # The rough width is returned if a smaller share of stations shows both walls
+MIN_REACH_PX = 8.0  # Minimum distance read to either side, for a path that is off a thin crack
+MIN_FOUND = 0.3  # The rough width is returned if a smaller fraction of the stations shows both walls
 
 
 @dataclass(frozen=True)
@@ -31,14 +31,14 @@ class Profiles:
 
     line_px: Floats  # (stations, 2)
     offset_px: Floats  # Distances from the line to its left, (m,)
-    place_px: Floats  # (stations, m, 2)
+    place_px: Floats  # Position of each sample, (stations, m, 2)
     light: Floats  # Linear light, (stations, m). NaN outside the photo
     cuts: Integers  # First station of each stretch, and one past the last
 
     def mean(self, where: Booleans | None = None) -> Floats:
         """Mean light of each stretch at each distance, (stretches, m).
 
-        With ``where``, the mean of each stretch over these samples, (stretches,).
+        If ``where`` is given: the mean of each stretch over the samples where it is True, (stretches,).
         """
         weight = np.isfinite(self.light) if where is None else np.isfinite(self.light) & where
         light = np.where(weight, self.light, 0)
@@ -50,7 +50,7 @@ class Profiles:
 
 
 def profiles_across(photo: Photo, line_px: Floats, width_px: float, reach_px: float) -> Profiles:
-    """Read the light up to ``reach_px`` to either side of a line that follows a crack about ``width_px`` wide."""
+    """Read the light up to ``reach_px`` to either side of a line along a crack that is about ``width_px`` wide."""
     width_px = max(width_px, MIN_WIDTH_PX)
     line_px = smoothed(resampled(line_px, 1.0), width_px)
     normal = left_normals(line_px)
@@ -100,7 +100,7 @@ def width_along(photo: Photo, points_px: Floats, rough_px: float) -> float:
 
 
 def _across(photo: Photo, points_px: Floats, width_px: float, reach_px: float) -> Map:
-    """Brightness on the path's normals, (stations, samples)."""
+    """Return the brightness on the path's normals, (stations, samples)."""
     spacing_px = max(1.0, width_px / 4)
     line_px = smoothed(resampled(points_px, spacing_px), width_px / spacing_px)
     every = 1 + len(line_px) // STATIONS
@@ -131,21 +131,23 @@ def _between_crossings(light: Map, beside_px: float) -> Floats:
     return STEP_PX * width
 
 
-NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the path; reach of the view: widths, plus px
-# A path between unlike sides is a crack if its light over its darker side's is below this; at one wall of a gap it is 1
+# The path is half a width plus these px wide to either side. Distance read to either side: widths, plus px
+NEAR_PX, FAR = 3.0, (3.0, 24.0)
+# A path between unlike sides is a crack if its light, divided by the light of its darker side, is below this. At one
+# wall of a gap, the ratio is 1
 FAR_DARKER = 0.5
-# Reach of the view of a dark band: widths, plus px; the band must be wider than the crack by at least these px
+# Distance read to either side of a dark band: widths, plus px. Minimum by which the band is wider than the crack, px
 BAND, BAND_PX = (6.0, 20.0), 6.0
-BAND_RATIO = 2.0  # A dark band is too wide from this multiple of the fitted width on; blur widens a band by less
+BAND_RATIO = 2.0  # A dark band is too wide from this multiple of the fitted width on. Blur widens a band by less
 SIDE_WIDTHS = (1.0, 1.5, 2.0)  # Distances from the line, in crack widths, at which its two sides are compared
-# A larger brightness ratio of the two sides shows a sample's edge; over a few widths, grain makes less
+# The sides differ if the ratio of their brightness is larger, as at a sample's edge. Grain causes smaller ratios
 SIDE_RATIO = 1.8
-STEADY = 17  # The ratio is a median over this many samples, two crack widths, so that no pore or grain decides
+STEADY = 17  # Number of samples (two crack widths) over which the median ratio is taken, against pores and grains
 GROUND = 75  # Percentile of the light across a stretch that is taken for the ground's light
 
 
 def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
-    """Return True if a path is far darker than its darker side, as a crack between two materials is."""
+    """Return True if a path is far darker than both of its sides, as a crack between two materials is."""
     profiles = profiles_across(photo, path.points_px, path.width_px, FAR[0] * path.width_px + FAR[1])
     light, away_px = profiles.mean(), np.abs(profiles.offset_px)
     dark = light[:, away_px <= path.width_px / 2 + NEAR_PX].min(axis=1)
@@ -155,7 +157,7 @@ def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
 
 
 def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
-    """Return the length of a line's longest stretch whose sides differ in brightness by over ``SIDE_RATIO``."""
+    """Return the length of the longest stretch whose two sides differ in brightness by more than ``SIDE_RATIO``."""
     step_px = max(1.0, width_px / 8)
     line = smoothed(resampled(points_px, step_px), 8.0)
     soft = blurred(photo.brightness, width_px / 4)
@@ -168,7 +170,7 @@ def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
 
 
 def band_px(photo: Photo, line_px: Floats, width_px: float) -> float:
-    """Return the width in px of the dark band around a line, at half of its contrast to the ground far from it."""
+    """Return the width in px of the dark band around a line, at half of the contrast between band and ground."""
     profiles = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
     light = np.nan_to_num(profiles.mean(), nan=np.nanmedian(profiles.light))
     profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)

@@ -14,7 +14,7 @@ Layer = Annotated[str, Field(min_length=1, max_length=255)]  # Name of a layer o
 
 
 class GivenCrack(Settings):
-    """Settings needed to use lines in mm as a crack, instead of a photo."""
+    """Settings of a crack that is given by lines in mm instead of a photo."""
 
     face_mm: tuple[FaceSide, FaceSide] | None = None
     """Width and height of the sample's face. The origin is its lower left corner. A crack that reaches the face's edge
@@ -25,7 +25,7 @@ class GivenCrack(Settings):
 
     @property
     def box_mm(self) -> tuple[float, float, float, float] | None:
-        """x_min, y_min, x_max, y_max of the face in mm. None without a face."""
+        """x_min, y_min, x_max, y_max of the face in mm. None if ``face_mm`` is not given."""
         return None if self.face_mm is None else (0.0, 0.0, *self.face_mm)
 
 
@@ -40,7 +40,7 @@ class GivenLine(GivenCrack):
 
     @property
     def widths_mm(self) -> Floats:
-        """Arc lengths and widths in mm, (k, 2)."""
+        """Rows of arc length and width in mm, (k, 2)."""
         return by_station(self.width_mm)
 
     @model_validator(mode="after")
@@ -53,7 +53,7 @@ class GivenWalls(GivenCrack):
     """A crack given by its two walls."""
 
     left_mm: Line
-    """Points of the left wall, as seen along the crack. s is 0 at the first point."""
+    """Points of the wall on the left, seen in the direction of the crack. s is 0 at the first point."""
     right_mm: Line
     """Points of the right wall, in either direction."""
 
@@ -64,7 +64,7 @@ class GivenDrawing(GivenCrack):
     depth_mm: Depth
     """Depth of the crack."""
     walls: tuple[Layer, Layer] | None = None
-    """Two layers. Each has one wall as an open line."""
+    """Two layers. Each contains one wall as an open line."""
     line: Layer | None = None
     """Layer with the crack's middle as an open line. It requires width_mm."""
     width_mm: Width | None = None

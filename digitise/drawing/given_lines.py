@@ -1,7 +1,7 @@
 """Make the outline of a crack that is given in mm as a line with a width, or as two walls. Nothing is traced.
 
-The walls of a line with a width are half of the width to either side of it. The crack's ends are square to the line,
-except at the edge of the face, where the crack ends in that edge.
+If a line and a width are given, the walls are half of the width to either side of the line. The crack's ends are square
+to the line. At the edge of the face, the crack ends along that edge.
 """
 
 from dataclasses import replace
@@ -31,10 +31,10 @@ from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
 # Limits that decide which lines bound a crack.
-SLENDERNESS = 3.0  # Least ratio of length to mean width, as for a crack in a mesh
+SLENDERNESS = 3.0  # Minimum ratio of length to mean width, as for a crack in a mesh
 ON_EDGE_MM = 0.01  # An end is on the edge of the face if it is closer to it than this
-MAX_TRIMMED = 0.02  # Largest share of the area that may be cut off where walls cross, as for a traced crack
-# Two points farther apart along a line than this many widths are in different parts of the crack; steps in a width
+MAX_TRIMMED = 0.02  # Largest fraction of the area that may be cut off where walls cross, as for a traced crack
+# Points of a line that are more than this many widths apart are in different parts of the crack. Steps per width
 PART_WIDTHS, STEPS = 2.0, 16
 NO_FACE_MM = (-np.inf, -np.inf, np.inf, np.inf)
 
@@ -43,9 +43,9 @@ Given = tuple[Outline, Photo]  # An outline, and the picture that shows it
 
 
 def outline_of_line(points_mm: Floats, width_mm: Floats, face_mm: Box | None, name: str) -> Given:
-    """Return the outline of a crack along a line, (n, 2). ``width_mm`` has arc lengths and widths, (k, 2).
+    """Return the outline of a crack along a line, (n, 2). ``width_mm`` is rows of arc length and width, (k, 2).
 
-    Between these arc lengths, widths are linear. An end on or beyond the edge of the face is open, any other end is
+    Between the rows, the width is linear. An end on or beyond the edge of the face is open. Any other end is
     cut. Raises InputError, with ``name`` first, if the line is too short for its width, turns back on itself, or is
     outside the face.
     """
@@ -132,7 +132,7 @@ def _between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name: str) 
 
 
 def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
-    """Raise InputError if two parts of a crack along a line overlap. ``width_mm`` has a width for each point, (n,)."""
+    """Raise InputError if two parts of a crack along a line overlap. ``width_mm`` is the width at each point, (n,)."""
     s_mm, most_mm = arc_length(line_mm), width_mm.max()
     stations_mm = np.arange(0.0, s_mm[-1], most_mm / STEPS)
     places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)

@@ -35,11 +35,11 @@ STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
 DRAWN = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "SPLINE", "ELLIPSE"}
 HIDDEN = "lines on a layer that is off or frozen"
 LARGEST_BYTES = 50_000_000
-MAX_ENTITIES = 200_000  # Largest number of parts, including those in blocks: blocks inside blocks multiply
+MAX_ENTITIES = 200_000  # Largest number of parts, including parts of blocks, which may contain blocks
 DEEPEST = 16  # Deepest nesting of blocks
 MAX_POINTS = 20_000  # Largest number of points on one layer, ten times that of a traced crack
 FARTHEST_MM = 1e6  # Largest coordinate: one kilometre from the drawing's origin
-SAG_MM = 0.02  # Largest distance of a curve from its chords, and of a line from level: a fifth of a photo's pixel
+SAG_MM = 0.02  # Largest distance of a curve from its chords, and height range of a level line: 1/5 of a photo's pixel
 MEETS_MM = 1e-3  # Largest gap between two lines that are joined
 COPY_MM = 1e-6  # Two lines are copies if their points differ by no more than this: digits are rounded in a file
 MIN_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that can be injected
@@ -197,7 +197,10 @@ def _parts(space: Iterable[Any], inherited: str | None = None, depth: int = 0) -
 
 
 def _unit(path: Path, option: DrawnUnit | None, number: int) -> tuple[DrawnUnit, str]:
-    """Return the unit of the drawing, and a text that states where the unit comes from."""
+    """Return the unit of the drawing, and a text that states who gave it.
+
+    Raises InputError if neither the drawing nor ``option`` states a unit.
+    """
     stated = STATED.get(number)
     unit = stated or ("no unit" if number == 0 else f"unit {number} of $INSUNITS, which is not accepted")
     if option is not None:

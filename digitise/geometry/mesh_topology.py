@@ -8,14 +8,14 @@ import trimesh
 
 from sealtwin.core.records import Floats, Integers
 
-CONTACT_MM = 1e-5  # An overlap up to this is rounding: a float32 file moves a vertex at 100 mm by as much
+CONTACT_MM = 1e-5  # Smaller overlaps come from rounding: float32 moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds the vertices
-GROUP = 128  # A group of this many faces is not halved; faces are compared in such groups to save memory
-WORTH = 0.75  # Faces are halved if both halves together have less than this share of the pairs of the whole
+GROUP = 128  # Groups of at most this many faces are not halved. Faces are compared in such groups to save memory
+WORTH = 0.75  # A group is halved if both halves together have less than this fraction of the group's pairs
 
 
 def directed_edges(faces: Integers) -> Integers:
-    """Return the three edges of each face as pairs of vertices, from start to end, (3f, 2)."""
+    """Return the three edges of each of f faces as indices of start and end vertex, (3f, 2)."""
     return faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 
 
@@ -32,7 +32,7 @@ def normals(corners: Floats) -> Floats:
 
 def mesh_volume_mm3(vertices_mm: Floats, faces: Integers) -> float:
     """Return the signed volume of a closed mesh in mm³. It is positive if the faces point outward."""
-    # Coordinates are relative to a vertex; far from the origin the sum would lose digits.
+    # Coordinates are taken relative to a vertex. Far from the origin, the sum would lose digits.
     corners = vertices_mm[faces] - vertices_mm[faces[0, 0]]
     return float(np.linalg.det(corners).sum()) / 6
 
@@ -53,10 +53,10 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
 
 
 def _close_pairs(low: Floats, high: Floats, some: Integers) -> Iterator[Integers]:
-    """Yield pairs of faces whose bounding boxes overlap, (n, 2). A pair may come twice.
+    """Yield pairs of faces whose bounding boxes overlap, (n, 2). A pair may occur twice.
 
-    The faces are halved by a plane as long as few faces are on both sides of it. Boxes that only touch are left out,
-    because their faces are on opposite sides of a plane or both in it.
+    The faces are divided by planes as long as few faces are on both sides of a plane. Boxes that only touch are left
+    out, because their faces cannot cross.
     """
     middle = (low[some] + high[some]).mean(axis=0) / 2
     below, above = low[some] <= middle, high[some] > middle
@@ -94,7 +94,7 @@ class MeshFigures:
     """Figures of a closed mesh, as stored in solid.json."""
 
     triangles: int
-    euler: int  # Number of vertices, less edges, plus faces
+    euler: int  # Number of vertices, minus edges, plus faces
     min_edge_mm: float
     self_intersections: int
 

@@ -10,7 +10,7 @@ from sealtwin.core.arrays import counted_up
 from sealtwin.core.records import Booleans, Floats, Integers
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
-ROWS_PER_PX = 8  # Sub-rows of a cell. With 8, the covered share of a cell at an edge is right to 0.01
+ROWS_PER_PX = 8  # Number of sub-rows of a pixel. With 8, the covered fraction of a pixel at an edge is right to 0.01
 AT_ONCE = 64  # Number of segments compared with all others at a time: all pairs of 100,000 do not fit in memory
 
 
@@ -27,9 +27,9 @@ def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
 
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
-    """Smooth values along the first axis by a Gaussian with ``sigma`` in samples.
+    """Smooth values along the first axis with a Gaussian. ``sigma`` is in samples.
 
-    The smoothed residual is added ``returns`` times, which keeps more of the shape (Tukey's twicing).
+    The residual is then smoothed and added, ``returns`` times, which keeps more of the shape (Tukey's twicing).
     """
     if len(values) < 3 or sigma <= 0:
         return values
@@ -67,10 +67,11 @@ def places_beside(points: Floats, offset: Floats, normal: Floats | None = None) 
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
     """Return the polyline with a straight piece added at each end.
 
-    The pieces have the lengths ``before`` and ``after``. Each has the mean direction of the polyline's last ``over``.
+    The pieces have the lengths ``before`` and ``after``. Each has the mean direction of the polyline over the length
+    ``over`` next to its end.
     """
     s = arc_length(points)
-    # A last piece longer than ``over`` gives its own direction.
+    # If the last segment is longer than ``over``, its direction is used.
     near, far = points[: max(2, int((s <= over).sum()))], points[-max(2, int((s >= s[-1] - over).sum())) :]
     backward = np.arange(spacing, before + spacing / 2, spacing)[::-1, None] * unit(near[0] - near[-1])
     forward = np.arange(spacing, after + spacing / 2, spacing)[:, None] * unit(far[-1] - far[0])
@@ -78,9 +79,9 @@ def extended(points: Floats, before: float, after: float, over: float, spacing: 
 
 
 def without_loops(points: Floats) -> Floats:
-    """Return the polyline without loops: points of a loop are moved to its crossing.
+    """Return the polyline with the points of each loop moved to the point where the loop crosses itself.
 
-    Offset lines have loops at bends with a radius below the offset.
+    Offset lines have loops at bends whose radius is smaller than the offset.
     """
     tight = points.copy()
     for first, second in crossings(points):
@@ -90,9 +91,9 @@ def without_loops(points: Floats) -> Floats:
 
 
 def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
-    """Return pairs of crossing segments, each given by the index of its first point.
+    """Return pairs of crossing segments. A segment is given by the index of its first point.
 
-    Of nested loops only the outermost is returned. Segments that share a point do not cross.
+    If loops are nested, only the outermost is returned. Segments that share a point do not cross.
     """
     start = points if closed else points[:-1]
     end = np.roll(points, -1, axis=0) if closed else points[1:]
@@ -120,9 +121,9 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
 
 
 def uncrossed(ring: Floats) -> Floats:
-    """Return the area that a counter-clockwise ring encloses once, as a simple ring.
+    """Return the region that a counter-clockwise ring encloses, as a ring that does not cross itself, (n, 2).
 
-    Returns the largest of several such areas.
+    If there are several such regions, the largest is returned.
     """
     return _largest(CrossSection([ring], FillRule.Positive)) if crossings(ring, closed=True) else ring
 
@@ -133,7 +134,7 @@ def _largest(region: CrossSection) -> Floats:
 
 
 def meeting(first: tuple[Floats, Floats] | Floats, second: tuple[Floats, Floats] | Floats) -> Floats:
-    """Return the intersection of two lines, (2,). A line is a point and a direction."""
+    """Return the intersection of two lines, (2,). A line is given by a point and a direction."""
     (p, u), (q, v) = first, second
     return p + np.linalg.solve(np.column_stack([u, -v]), q - p)[0] * u
 
@@ -146,12 +147,12 @@ def depth_inside(points: Floats, box: Box) -> Floats:
 
 
 def nearest_side(point: Floats, box: Box) -> int:
-    """Return the index of the side closest to the point, as an index into the box."""
+    """Return the side of the box that is closest to the point, as an index into the box."""
     return int(np.argmin([abs(point[side % 2] - box[side]) for side in range(4)]))
 
 
 def on_side(point: Floats, box: Box) -> Floats:
-    """Return the nearest point on the nearest side of a rectangle, (2,)."""
+    """Return the point moved onto the nearest side of a box, (2,)."""
     side, moved = nearest_side(point, box), point.copy()
     moved[side % 2] = box[side]
     return moved
@@ -175,7 +176,7 @@ def clipped_to_box(ring: Floats, box: Box) -> Floats:
 
 
 def without_repeats(ring: Floats, closer_than: float) -> Floats:
-    """Return a ring without points that are closer than ``closer_than`` to the point before them."""
+    """Return a ring without points whose distance from the point before them is at most ``closer_than``."""
     step = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
     return ring[step > closer_than]
 
@@ -206,7 +207,10 @@ def runs(where: Booleans) -> Integers:
 
 
 def coverage(ring: Floats, size_px: tuple[int, int]) -> NDArray[np.float32]:
-    """Return the share of each pixel that is inside a ring, (height, width). OpenCV's fill would add half a pixel."""
+    """Return the fraction of each pixel that is inside a ring, (height, width).
+
+    OpenCV's fill is not used because it would add half a pixel.
+    """
     width, height = size_px
     start, end = ring, np.roll(ring, -1, axis=0)
     low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])

@@ -1,4 +1,4 @@
-"""Make the crack one clean region of the plane. Crossings and noise would give slivers in boolean operations."""
+"""Make one clean plane region of the crack. Crossings and noise would cause slivers in boolean operations."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from sealtwin.core.records import Floats
 
 # Tolerance of the simplified outline. With 0.01, still below a pixel, a smooth funnel loses 0.14 %
 TOLERANCE_MM = 0.003
-NECK_MM = 0.005  # A tooth or neck up to twice as wide as this is noise; 0.02 would blunt sharp tips
+NECK_MM = 0.005  # A tooth or neck up to twice as wide as this is noise. 0.02 would blunt sharp tips
 PIECE_MM2 = 0.05  # A smaller piece of the outline is noise
 ISLAND_MM2 = 0.1  # A smaller island is noise: this is a quarter of a particle's section
 
@@ -57,15 +57,15 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
 
 
 def cleaned(crack: CrossSection) -> tuple[CrossSection, list[Fact]]:
-    """Remove slits, necks, teeth, specks and steps below the tolerances.
+    """Remove slits, necks, teeth, specks and steps that are smaller than the tolerances.
 
-    Returns the region and a warning for each area.
+    Returns the region, and warnings: one for each dropped piece or filled island, and one if several pieces are left.
     """
     miter = JoinType.Miter
     closed = crack.offset(NECK_MM / 2, miter).offset(-NECK_MM / 2, miter)
     opened = closed.offset(-NECK_MM, miter).offset(NECK_MM, miter).simplify(TOLERANCE_MM)
     apart = opened.offset(-0.001, miter)
-    # The gap of 0.001 mm is only needed if parts touch in a point.
+    # The gap of 0.001 mm is needed only if parts touch at a point.
     if apart.num_contour() != opened.num_contour():
         opened = apart
     warnings, rings = [], []

@@ -27,7 +27,7 @@ PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".h
 """File endings of photos in a folder. Photos that cannot be read are reported."""
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 READABLE = "JPEG, PNG, WEBP, TIFF, BMP or HEIC, with 8 bits per channel"
-MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera. It takes 350 MB of memory
+MAX_PIXELS = 50_000_000  # Largest photo: twice as many as a good camera has. It takes 350 MB of memory
 TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed. Save it smaller."
 MIN_SIDE_PX = 64
 # Brands of pictures in ISO 23008-12; other brands are videos
@@ -35,11 +35,12 @@ HEIC_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"mif1")
 RAW_ENDINGS = (".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2")
 RAW = "a camera's raw file must be developed: save it as JPEG at full size."
 UNREADABLE = f"save it as {READABLE}. AVIF files and videos are not accepted, and {RAW}"
-BLACK, BRIGHT_PART = 15, 99.5  # A photo is too dark if this percentile of its pixels is below this brightness (of 255)
+BLACK, BRIGHT_PART = 15, 99.5  # A photo is too dark if the 99.5th percentile of its pixels is below 15 of 255
 # Diagonal of 35 mm film, to which EXIF refers focal lengths (CIPA DCG-001)
 FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))
 RESOLUTIONS = ("dpi", "resolution", "aspect", "jfif_density")  # Pillow's names for dots per length, across and down
-SQUARE = 0.01  # Largest relative difference between the sides of a square pixel, and between two shapes: programs round
+# Largest relative difference between the sides of a square pixel, and between two equal shapes: programs round
+SQUARE = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +58,7 @@ class Pixels(Decoded):
 
     file: Path
     brightness: Map  # Linear light, 0 to 1, (height, width)
-    drawn: Booleans | None = None  # Mask of the crack that the user painted, (height, width)
+    drawn: Booleans | None = None  # The user's painted mask of the crack, (height, width)
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -71,7 +72,7 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
         _require_square(path, photo)
         _require_usual_tone(path, photo)
         focal_px = _focal_px(photo)
-        # HEIC is turned by libheif, and its EXIF states no turn any more.
+        # libheif has already rotated a HEIC photo, and its EXIF then states no rotation.
         ImageOps.exif_transpose(photo, in_place=True)
         alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
         clear = float(np.mean(np.asarray(alpha) < 255))
@@ -122,7 +123,7 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
     damaged = f"{path}: the picture is damaged or cut short. Copy or export it again."
     try:
         # Warnings are about metadata, and about sizes that are checked here. Pillow gets a file without a name: it maps
-        # a named one into memory, and reads a turned TIFF there by rows as long as those of the upright picture.
+        # a file with a name into memory, and would read a rotated TIFF with the row length of the upright picture.
         with (
             warnings.catch_warnings(action="ignore"),
             path.open("rb") as file,
@@ -148,7 +149,7 @@ def _check_header(path: Path, photo: Image.Image) -> None:
         if path.suffix.lower() in RAW_ENDINGS or Base.DNGVersion in tags or thumbnail:
             raise InputError(f"{path}: {RAW}")
     _check_size(path, *photo.size)
-    # Pillow opens 16-bit colours as 8 bits: how they are stored is in the arguments of its decoder.
+    # Pillow opens 16-bit colours as 8 bits. The arguments of its decoder show how they are stored.
     stored_as = str(getattr(photo, "tile", ""))
     if photo.mode.startswith(("I", "F")) or ";16" in stored_as or photo.info.get("bit_depth", 8) > 8:
         raise InputError(
@@ -187,7 +188,7 @@ def _require_square(path: Path, photo: Image.Image) -> None:
 def _focal_px(photo: Image.Image) -> float | None:
     """Return the focal length in px from the EXIF of a photo. None if it is unknown.
 
-    The photo must not have been turned upright yet.
+    Call this before the photo is rotated upright.
     """
     exif = photo.getexif().get_ifd(IFD.Exif)
     film_mm = exif.get(Base.FocalLengthIn35mmFilm)
@@ -195,7 +196,7 @@ def _focal_px(photo: Image.Image) -> float | None:
         return None
     sides = [exif.get(tag) for tag in (Base.ExifImageWidth, Base.ExifImageHeight)]
     taken = [side for side in sides if isinstance(side, int) and side > 0]
-    # A cropped photo has another shape than the camera's, and its angle of view is unknown.
+    # A cropped photo has another aspect ratio than the camera's, and its angle of view is unknown.
     if len(taken) == 2 and abs(np.ptp(np.log(taken)) - np.ptp(np.log(photo.size))) > SQUARE:
         return None
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM
@@ -203,7 +204,7 @@ def _focal_px(photo: Image.Image) -> float | None:
 
 # Largest difference from a camera's exponent (sRGB: 2.1 to 2.25). It changes a width by less than 1 %
 EXPONENT_TOLERANCE = 0.2
-MIDDLE = 128  # Stored value at which the exponent of a curve is taken
+MIDDLE = 128  # Stored value at which the exponent of a tone curve is measured
 MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Pillow mode for each colour space of the profiles that are checked
 
 
@@ -227,7 +228,10 @@ def _require_usual_tone(path: Path, photo: Image.Image) -> None:
 
 
 def _stated(photo: Image.Image) -> dict[str, Any]:
-    """Return the exponents from stored value to light that the file states, by source. NaN if unreadable."""
+    """Return the exponents from stored value to light that the file states, by source.
+
+    An exponent is None if the source states none, and NaN if it is unreadable.
+    """
     exif, png = photo.getexif(), photo.info.get("gamma")
     return {
         "PNG gAMA": 1 / png if png and "srgb" not in photo.info else None,
@@ -238,10 +242,9 @@ def _stated(photo: Image.Image) -> dict[str, Any]:
 
 
 def _of_profile(content: bytes | None) -> float | None:
-    """Return the exponent of an ICC profile. NaN if it cannot be read.
+    """Return the exponent of an ICC profile. NaN if it cannot be read. None if there is no RGB or grey profile.
 
-    Returns None if the profile is not for red, green and blue, or for grey. The exponent comes from the conversion of a
-    middle grey to sRGB, whose exponent is ``DISPLAY_GAMMA``.
+    The exponent is computed from the conversion of a middle grey to sRGB, whose exponent is ``DISPLAY_GAMMA``.
     """
     if not content:
         return None
@@ -260,9 +263,10 @@ def _of_profile(content: bytes | None) -> float | None:
         return math.nan
 
 
-PAINTED = 128  # Least brightness or opacity, of 255, of a painted pixel
-MAX_PAINTED = 0.5  # Largest painted share of a mask; more means that black and white are exchanged
-# Values between these are neither black nor white; largest number of pixels with one of them, over the painted ones
+PAINTED = 128  # Minimum brightness or opacity, of 255, of a painted pixel
+MAX_PAINTED = 0.5  # Largest painted fraction of a mask. More means that black and white are exchanged
+# Values between these two are neither black nor white. Largest number of pixels that have the most frequent of these
+# values, as a fraction of the painted pixels
 PLAIN, OF_PAINT = (16, 240), 0.2
 REMEDY = (
     "Does it contain object or class numbers from a labelling program? Paint the crack white on black, or opaque on "
@@ -288,8 +292,8 @@ def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str)
 def read_mask(path: Path, size_px: tuple[int, int]) -> Booleans:
     """Read a painted mask, (height, width). Opaque pixels are painted, or bright ones if the opacity is constant.
 
-    Raises InputError if the size differs from ``size_px``, the photo's width and height, if the mask has more than two
-    values, or if it paints no crack.
+    Raises InputError if the size differs from ``size_px``, the photo's width and height, if many pixels are neither
+    black nor white, or if nothing or too much is painted.
     """
     with opened(path, "photo.mask") as picture:
         ImageOps.exif_transpose(picture, in_place=True)

@@ -9,9 +9,9 @@ from sealtwin.core.records import Booleans, Floats
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
 Mask = NDArray[np.uint8]  # 255 on the pixels of a region, 0 elsewhere, (height, width)
 Window = tuple[slice, slice]  # Rows and columns of a part of a picture
-DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, close to a camera's: half contrast is half the light
-MEDIAN_WEIGHT = 1e-3  # Weight of the median, which counts only far from valid pixels
-MAX_ROWS = 16384  # Most rows that OpenCV may sample at once: a power of two below its limit of 32,767
+DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to linear light, close to a camera's
+MEDIAN_WEIGHT = 1e-3  # Weight of the median in ``continued``. It has an effect only far from valid pixels
+MAX_ROWS = 16384  # Number of rows that OpenCV samples at once: a power of two below its limit of 32,767
 
 
 def blurred(picture: Map | Floats, sigma_px: float) -> Map:
@@ -20,14 +20,14 @@ def blurred(picture: Map | Floats, sigma_px: float) -> Map:
 
 
 def blurred_copy(picture: Map, sigma_px: float) -> Map:
-    """Return a blurred copy. For a wide blur the copy is smaller, to save time."""
+    """Return a blurred copy. If ``sigma_px`` is 10 or more, the copy is smaller, to save time."""
     times = max(1, int(sigma_px / 5))
     small = max(1, picture.shape[1] // times), max(1, picture.shape[0] // times)
     return blurred(shrunk(picture, small), sigma_px / times)
 
 
 def continued(picture: Map, valid: Booleans, sigma_px: float) -> Map:
-    """Return the Gaussian mean of the valid pixels around each pixel. Far from valid pixels, it is their median."""
+    """Return the Gaussian mean of the valid pixels around each pixel. Far from valid pixels, return their median."""
     weight = valid.astype(np.float32)
     usual = float(np.median(picture[valid])) if valid.any() else 0.0
     mean = (blurred(picture * weight, sigma_px) + MEDIAN_WEIGHT * usual) / (blurred(weight, sigma_px) + MEDIAN_WEIGHT)
@@ -50,7 +50,7 @@ def sampled(
 ) -> NDArray:
     """Interpolate the picture at points, (..., 2), x and y in px.
 
-    ``method`` is OpenCV's interpolation, ``beyond`` its border mode.
+    ``method`` is OpenCV's interpolation, and ``beyond`` is its border mode.
     """
     x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
     if x.size == 0:
@@ -67,7 +67,7 @@ def resized(picture: Map, shape: tuple[int, ...]) -> Map:
 
 
 def widened(mask: NDArray[np.generic], reach_px: int) -> Booleans:
-    """Return the mask, grown by ``reach_px`` rows and columns to each side."""
+    """Return the mask grown by ``reach_px`` pixels in all directions."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach_px + 1,) * 2, np.uint8)) > 0
 
 
@@ -77,9 +77,9 @@ def lightness(light: Map | Floats) -> Map:
 
 
 def window_around(points_px: Floats, reach_px: float, size_px: tuple[int, int]) -> tuple[Floats, Window]:
-    """Return the first pixel, (x, y), of the box around some points, and the box's rows and columns.
+    """Return a box around some points: its first pixel, (x, y), and the slices of its rows and columns.
 
-    The box is ``reach_px`` larger on each side, and limited to the picture.
+    The box has a margin of ``reach_px`` around the points, and is limited to the picture.
     """
     low = np.maximum(np.floor(points_px.min(axis=0) - reach_px), 0)
     high = np.minimum(np.ceil(points_px.max(axis=0) + reach_px) + 1, size_px)
@@ -88,7 +88,7 @@ def window_around(points_px: Floats, reach_px: float, size_px: tuple[int, int]) 
 
 
 def draw_line(picture: Mask, points: Floats, value: int = 255, width: float = 1.0) -> None:
-    """Set the pixels of a line, (n, 2) as column and row. The line is at least a pixel wide."""
+    """Set the pixels of a line, (n, 2) as column and row, to ``value``. The line is at least a pixel wide."""
     cv2.polylines(picture, [np.rint(points).astype(np.int32)], False, value, max(1, round(width)))
 
 

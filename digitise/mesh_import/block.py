@@ -24,28 +24,28 @@ from sealtwin.core.records import Floats, Integers
 # Most limits only accept or refuse a mesh. Stricter values refuse rougher samples, and looser values take another
 # part of the mesh for the block.
 SAMPLES = 20_000  # Number of random points on the upward surface
-TRIES = 300  # Number of planes through three of them: all planes miss a face once in 10^17 meshes
+TRIES = 300  # Number of planes through three of them. The chance that none is on the face is 10^-17
 # Cosine of the largest slope of a face or floor: a steeper surface is a wall, or another axis points up
 STEEPEST = np.cos(np.radians(45.0))
 ROUGHEST_MM = 1.0  # Largest distance of grain and warp from the face's plane: coarse asphalt has 1 mm
-# Number of least-squares fits of the plane: a third fit rotates that of a rough scan by under 0.0001 degrees
+# Number of least-squares fits of the plane. A third fit would rotate the face of a rough scan by under 0.0001 degrees
 REFINEMENTS = 2
-MIN_SHARE = 0.5  # Share of the upward surface in one plane from which it is a face
+MIN_SHARE = 0.5  # Minimum fraction of the upward surface that is in the plane of the face
 LEVEL_RAD = 1e-6  # Largest slope of a level face, 0.2 µm over 160 mm: levelling it would only cost exact coordinates
-BELOW_MM = 0.05  # Depth under the face at which the mouth is cut: walls at 11 degrees move by 0.01 mm over it
-# The same depth in multiples of a rough face's RMS: all but 60 in a million of its points are higher
+BELOW_MM = 0.05  # Depth under the face at which the mouth is cut. Over it, walls at 11 degrees move by 0.01 mm
+# Minimum of that depth in multiples of the face's RMS roughness. All but 60 in a million points of the face are higher
 BELOW_ROUGHNESS = 4.0
-LEVELS = 8  # Number of sections, from the face to the underside, in which a side must be in material
+LEVELS = 8  # Number of sections, from the face to the underside, in which a side is searched for
 LINES = 400  # Number of lines across each section, one for every 0.4 mm of the paper's sample
-ROUGH = 5.0  # Distance behind the median, in median deviations, up to which it is roughness of a side
-ROUNDING_MM = 1e-6  # Distance behind the median up to which it is rounding of a plane side
-MAX_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
-MAX_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers and rough sides take less
-TRIM_MM = 0.01  # Depth cut off a side that is not plane, so that the cut is in material and leaves no slivers
+ROUGH = 5.0  # Material up to this distance behind the median, in median deviations, is roughness of a side
+ROUNDING_MM = 1e-6  # Distance added to that limit, for the rounding of a plane side
+MAX_OPENING = 0.5  # Largest fraction of a side's lines that may meet a crack
+MAX_OFF = 0.25  # Largest fraction of the body's extent outside the block. Dams, chamfers and rough sides take less
+TRIM_MM = 0.01  # Depth cut off a side that is not plane, so that the cut leaves no slivers
 # Vertices are equal if they agree to this many decimals of a mm: a text format may round its last digit
 EQUAL_DIGITS = 8
-CRUMB_SHARE = 0.01  # A closed surface with less than this share of the sample's volume is a crumb or a pore
-LOST = 1e-7  # Largest share of a body's volume that may be lost when it is read or cut
+CRUMB_SHARE = 0.01  # A closed surface with less than this fraction of the sample's volume is a crumb or a pore
+LOST = 1e-7  # Largest fraction of a body's volume that may be lost when the body is read or cut
 MEND = "Repair it in a mesh program (close holes, remove doubled parts, unite bodies), and export it again."
 
 
@@ -80,8 +80,8 @@ class FacePlane:
 def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
     """Return the plane that contains most of the upward surface.
 
-    It is found by random samples (Fischler and Bolles 1981) and refined by least squares. Raises ShapeError if no plane
-    contains enough of the surface.
+    The plane is found from random samples (Fischler and Bolles 1981) and refined by least squares. Raises ShapeError if
+    no plane contains enough of the surface.
     """
     corners_mm, rng, share = vertices_mm[faces], np.random.default_rng(0), 0.0
     across = normals(corners_mm)
@@ -128,7 +128,7 @@ class Block:
     size_mm: tuple[float, float]  # Size of the face along x and y
     placed: Floats  # Transform, (4, 4), from the level body to the block's frame
     yaw_deg: float  # Angle of the block's sides from x and y in the level body
-    trimmed_mm: float  # Largest thickness of material cut off at one of its sides
+    trimmed_mm: float  # Largest thickness of material cut off at a side of the block
 
     @property
     def face_mm(self) -> Box:
@@ -154,7 +154,7 @@ def cut_block(body: Manifold, below_mm: float) -> Block:
             "program that made the mesh.",
             "sides",
         )
-    # Of equal areas the body itself, not turned, comes first: its coordinates stay exact.
+    # If both areas are equal, the body that is not rotated is chosen, because its coordinates stay exact.
     return max(blocks, key=lambda block: round(block.size_mm[0] * block.size_mm[1]))
 
 
@@ -204,11 +204,11 @@ def _sides(body: Manifold, below_mm: float, axis: int) -> tuple[float, float, fl
 
 
 def _side(met_mm: Floats) -> float:
-    """Return the coordinate of a side, beyond which all lines on every level have met material.
+    """Return the coordinate of a side: behind it, all lines on every level have met material.
 
-    ``met_mm``, (levels, lines), is the coordinate at which each line meets material. Lines that enter a crack are
-    ignored: they meet material behind the side's roughness. The result is infinite if most lines of a level meet a
-    crack or nothing.
+    ``met_mm``, (levels, lines), is the coordinate at which each line meets material. Lines that meet material far
+    behind the others enter a crack and are ignored. The result is infinite if most lines of a level are ignored or meet
+    nothing.
     """
     if np.isfinite(usual_mm := float(np.median(met_mm))):
         off_mm = met_mm - usual_mm
@@ -259,7 +259,7 @@ def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, Facts]:
 def require_whole(parts_mm3: float, whole_mm3: float) -> None:
     """Raise ShapeError if the parts' volume differs from the whole.
 
-    Manifold may move triangles whose height is below its rounding, and so lose volume.
+    The library Manifold may move triangles whose height is below its rounding, and so lose volume.
     """
     if abs(parts_mm3 - whole_mm3) > LOST * abs(whole_mm3):
         wrong = "Mesh cannot be cut without loss: it crosses itself, or has triangles without height."

@@ -2,7 +2,7 @@
 
 The walls may have any shape. The cavity is cut level by level. Each cell of a cut is assigned to the position along the
 crack whose line from wall to wall is nearest. The sections therefore add up to the cavity, even at oblique ends and in
-sharp bends. There, planes square to the centreline would miss some of it or meet other parts of the crack.
+sharp bends. There, planes square to the centreline would miss some of the cavity or meet other parts of the crack.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,16 +33,16 @@ from sealtwin.core.records import Booleans, Floats, Outline, Sections
 RIVAL = 0.5  # The choice is ambiguous if a second opening has more than this share of the largest opening's area
 PIT_MM2 = 1.0  # Another opening of at least this area gives a warning; smaller ones are pores
 SLICE_MM = 1e-3  # Depth below the flat top of a piece of the cavity at which the piece is sliced
-UNDER_MM = 1.0  # Depth below the underside in which a crack through it is searched for
-MIN_ACROSS_PX = 10  # Least number of pixels over the crack's width: fewer would divide a thin mouth
-ROUND_MM = 15.0  # Width of the margin around the crack, with space for the overlay's legend
+UNDER_MM = 1.0  # Depth below the underside to which the search for a crack through the block extends
+MIN_ACROSS_PX = 10  # Minimum number of pixels over the crack's width. With fewer, a thin mouth could fall into pieces
+ROUND_MM = 15.0  # Width of the picture's margin around the crack, with space for the overlay's legend
 FACE_GREY = 205.0  # Grey of the face
 MOUTH_GREY = 40.0  # Grey of the crack's mouth
 # Constants of the sections along the crack, and of the picture.
 STATION_MM = 1.0  # Spacing of sections, equal to that of the nozzle's waypoints
-MAX_STATIONS = 400  # Largest number of sections: more would take minutes on a long crack
-FROM_END = 0.01  # Distance of the floor's first and last cut from the crack's ends, over the spacing of sections
-# Number of layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is right to 0.2 mm
+MAX_STATIONS = 400  # Largest number of sections. More would take minutes on a long crack
+FROM_END = 0.01  # Distance of the first and last depth from the crack's ends, as a fraction of the spacing of sections
+# Number of layers of the cavity, each cut at its middle. At 16 mm depth, a step in the floor is right to 0.2 mm
 LEVELS = 48
 CELLS_ACROSS, MAX_CELLS = 24, 2_000_000  # Cells across the crack's width, and largest number of cells
 ACROSS_PX = 40  # Pixels over a crack's width
@@ -56,7 +56,7 @@ PART_WIDTHS = 0.12  # A cell this many widths from every line from wall to wall 
 class Cavity:
     """The space that sealant can fill."""
 
-    body: Manifold  # From the face down, and up to the block's sides if the crack is open there
+    body: Manifold  # Space from the face down. If the crack is open at a side of the block, the space ends at that side
     mouth: CrossSection  # Section of the cavity at ``below_mm`` under the face
     below_mm: float
     warnings: Facts
@@ -91,7 +91,7 @@ def find_cavity(block: Block, below_mm: float) -> Cavity:
             "Close the crack at the underside, or check mesh.up, the axis that points out of the cracked face.",
             "through",
         )
-    # Walls that open upward reach beyond the mouth, up to 63 degrees from upright; flatter ones are a face.
+    # Above the cut, walls that widen upward reach beyond the mouth. The offset allows up to 63 degrees from upright.
     rim = mouth.offset(2 * below_mm, JoinType.Round) ^ face
     above = prism(rim, -below_mm, 0.0) - block.body
     return Cavity(below + above, mouth, below_mm, warnings)
@@ -122,7 +122,7 @@ def _chosen(openings: list[CrossSection]) -> tuple[CrossSection, Facts]:
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
-    """Draw the mouth of a modelled crack as a photo. Raises ShapeError if the crack is too narrow for its length."""
+    """Draw the mouth of a crack in a mesh as a photo. Raises ShapeError if the crack is too narrow for its length."""
     width_mm, source = strip_width_mm(cavity.mouth), f"mesh in {units}: {file.name}"
     photo = top_view(cavity.mouth, width_mm, block.face_mm, file, source, cavity.warnings)
     if width_mm < MIN_ACROSS_PX * photo.mm_per_px:
@@ -144,7 +144,7 @@ def top_view(
     source: str,
     warnings: Facts = (),
 ) -> Photo:
-    """Draw a crack's mouth dark on a bright face. A pixel is darker the more of it the mouth covers."""
+    """Draw a crack's mouth dark on a bright face. The more of a pixel the mouth covers, the darker the pixel is."""
     low, high = np.reshape(mouth.bounds(), (2, 2)) + np.array([[-ROUND_MM], [ROUND_MM]])
     view, mm_per_px, crack = seen_from_above(mouth, width_mm, low, high)
     grey = FACE_GREY + crack * (MOUTH_GREY - FACE_GREY)
@@ -161,7 +161,7 @@ def top_view(
 
 
 def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
-    """Return the sections of the cavity along the outline, without side cracks and parts beyond its ends."""
+    """Return the sections of the cavity along the outline, without side cracks and parts beyond the outline's ends."""
     length_mm = outline.length_mm
     s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MAX_STATIONS)) + 1)
     (*low_mm, bottom_mm), (*high_mm, _) = np.reshape(cavity.bounding_box(), (2, 3)).tolist()
@@ -178,7 +178,7 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     cells_mm = origin_mm + cell_mm * np.column_stack([columns, rows])
     at_mm, main = _places(cells_mm, outline, cell_mm)
     cells = np.array([layer[rows, columns] for layer in layers]) * cell_mm**2
-    # Each cell is shared between both sections beside it, so that areas are linear between sections.
+    # Each cell is divided between the two sections beside it, so that areas are linear between sections.
     step_mm = s_mm[1]
     before = np.clip((at_mm[main] / step_mm).astype(int), 0, len(s_mm) - 2)
     share = at_mm[main] / step_mm - before
@@ -194,7 +194,7 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
 
 
 def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: tuple[int, int]) -> Floats:
-    """Return the share of each cell that a region covers, (rows, columns).
+    """Return the fraction of each cell that a region covers, (rows, columns).
 
     ``to_cells`` maps points in mm to (column, row), and ``shape`` is (columns, rows).
     """
@@ -206,13 +206,13 @@ def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: t
 
 
 def strip_width_mm(region: CrossSection) -> float:
-    """Return the width of a region as if it were a long strip: twice its area, divided by the length of its rim."""
+    """Return the width of a long strip with the same area and rim: twice the area, divided by the length of the rim."""
     rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
     return 2 * region.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
 
 
 def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Floats) -> tuple[View, float, Map]:
-    """Return the view of a picture between two corners, its mm/px, and the share of each pixel that a mouth covers."""
+    """Return a view of the box between two corners, its mm/px, and the fraction of each pixel that a mouth covers."""
     mm_per_px = max(width_mm / ACROSS_PX, float(np.sqrt(np.prod(high - low) / LARGEST_PX)))
     view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
     width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
@@ -220,7 +220,7 @@ def seen_from_above(mouth: CrossSection, width_mm: float, low: Floats, high: Flo
 
 
 def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, Booleans]:
-    """Return the arc length of each cell, (n,), and a mask that is True for cells of the main crack.
+    """Return the arc length at each cell, (n,), and a mask that is True for cells of the main crack, (n,).
 
     A cell outside the mouth, below an undercut wall, gets the values of the nearest cell in the mouth.
     """
@@ -234,7 +234,7 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
         in_mouth[:] = True
     places_mm = cells_mm[in_mouth]
     away_mm, near = KDTree(lines_mm).query(places_mm)
-    # Interpolated from the nearest line by the pace of the lines there.
+    # The pace of the nearest line gives the distance from that line to the cell along the crack.
     onward_mm = ((places_mm - lines_mm[near]) * pace[near]).sum(axis=1) / (pace[near] ** 2).sum(axis=1).clip(min=SLOW)
     at_mm = fine_mm[np.asarray(near) // len(share)] + onward_mm.clip(-fine_mm[1], fine_mm[1])
     # A cell that is cut in half at an end belongs to both sides.

@@ -25,7 +25,7 @@ from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
 
 MM: dict[MeshUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-# Rotations about x and then y that turn the axis out of the face to z.
+# Rotations about x, then y, after which the axis that points out of the face is z.
 UPRIGHT_DEG = {
     "z": (0, 0),
     "-z": (180, 0),
@@ -35,8 +35,8 @@ UPRIGHT_DEG = {
     "-x": (0, 90),
 }
 MIN_MM, MAX_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit must be wrong
-MIN_TURN_DEG = 0.005  # A note mentions a rotation of the block from this angle on
-MAX_STEP_MM = 0.01  # Largest step between the numbers of a file: a tenth of a fine photo's pixel
+MIN_TURN_DEG = 0.005  # A smaller rotation of the block is not mentioned
+MAX_STEP_MM = 0.01  # Largest rounding step of a file's coordinates: a tenth of a fine photo's pixel
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,10 @@ def upright(settings: MeshInput) -> Floats:
 
 
 def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
-    """Return the vertices in mm, (v, 3). Raises ShapeError if their extent or their rounding is implausible."""
+    """Return the vertices in mm with the face upward, (v, 3).
+
+    Raises ShapeError if the size is implausible for a sample, or if the coordinates are stored too coarsely.
+    """
     mm, single = MM[settings.units], read.vertices.astype(np.float32)
     places_mm = trimesh.transform_points(read.vertices, upright(settings))
     size_mm = np.ptp(places_mm, axis=0)
@@ -186,10 +189,10 @@ def _solid(
 
 
 def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm: float) -> Integers:
-    """Return a ``FaceLabel`` for each face of the mesh, (f,), from the planes of the block's sides and its face.
+    """Return a ``FaceLabel`` for each face of the mesh, (f,).
 
-    The other faces form connected patches. The lowest patch is the underside, and patches within ``below_mm`` of the
-    block's face belong to the face's grain.
+    Faces of the mesh in the block's sides or its face get the labels of these. The other faces form connected patches.
+    The lowest patch is the underside. Patches within ``below_mm`` of the block's face are roughness of that face.
     """
     corners = vertices_mm[faces]
     normal = normals(corners)
@@ -207,7 +210,7 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
 
 
 def _plates(block: Block, cavity: Cavity) -> list[Box]:
-    """Return the box of a dam for each side of the block in which the cavity opens."""
+    """Return the box of a dam for each side of the block at which the cavity is open."""
     vertices_mm, faces = arrays_of(cavity.body)
     corners_mm, boxes = vertices_mm[faces][:, :, :2], []
     for side, level_mm in enumerate(block.face_mm):

@@ -1,12 +1,12 @@
 """Find the line along a crack's mouth, half way between its walls, from the mouth's polygon.
 
 The two ends of the crack divide the mouth's rim into two walls. The centreline is half way between points of the two
-walls that face each other (``facing``). In a slot of constant width it is the line along which the slot was drawn, also
-in bends with mitred corners. Around an inner corner the point on the inner wall stays, and the middle advances at half
-the pace of the outer wall. The same happens before an oblique end.
+walls that face each other (``facing``). In a slot of constant width, this is the line along which the slot was drawn,
+also in bends with mitred corners. Around an inner corner, the point on the inner wall does not move, and the middle
+advances half as fast as the point on the outer wall. The same happens before an oblique end.
 
-The rim is a counter-clockwise ring of corners. A position on it is a number: the index of an edge's first corner, plus
-the share of the edge up to the position.
+The rim is a counter-clockwise ring of corners. A position on the rim is a number: the index of an edge's first corner,
+plus the fraction of the edge up to the position.
 """
 
 from collections.abc import Sequence
@@ -44,21 +44,21 @@ from sealtwin.core.solid_figures import EndKind
 #
 # Steps and smoothing decide how closely the line follows the walls. The other values decide what is an end or a side
 # arm, and which mouths are refused.
-MIN_SLENDERNESS = 3.0  # Least ratio of length to width; a shorter mouth has no direction to follow
-RING_SHARE = 0.5  # A crack that fills less of the area inside its outer rim than this share is a ring
-SMOOTH = 0.0025  # Tolerance of the simplified rim: scans have very many corners
-COVERED = 0.01  # A pixel belongs to the crack from this covered share on, so that no neck divides the crack
+MIN_SLENDERNESS = 3.0  # Minimum ratio of length to width. A shorter mouth has no direction to follow
+RING_SHARE = 0.5  # A crack that fills less than this fraction of the area inside its outer rim is a ring
+SMOOTH = 0.0025  # Tolerance of the simplified rim. Scans have very many corners
+COVERED = 0.01  # A pixel is crack if more than this fraction is covered, so that narrow necks do not divide the crack
 STEPS_ACROSS, MAX_STEPS = 20, 2000  # Steps along a wall per width, and largest number of steps
 STATIONS = 16  # Stations of the outline per width
-# Sigma of the centreline's smoothing, and number of corrections, which keep bends over 1.5 widths
+# Sigma of the centreline's smoothing, and number of corrections. They preserve bends over more than 1.5 widths
 SMOOTHING, RETURNS = 0.25, 4
-# Distance over which the growth of fitting circles is measured, and largest growth per distance outside a corner
+# Circles that fit between the walls grow from a corner: distance of measurement, and largest growth off a corner
 OPENS_OVER, OPENS = 0.25, 0.15
 ON_SIDE_MM = 1e-3  # The rim is an opening within this distance of the face's edge
 ARM_GAP = 0.1  # Gap between a side arm and the circles in the main crack
-# Least depth of a side arm, over the width of its mouth; at a bend, outer corners are shallower than the second
+# Minimum depth of a side arm, divided by the width of its mouth. At a bend, outer corners are shallower than the second
 DEEP, DEEP_AT_BEND = 0.75, 2.0
-UNSWEPT = 0.1  # Largest share of the area between the walls that may be passed twice or not at all
+UNSWEPT = 0.1  # Largest fraction of the area between the walls that lines from wall to wall may omit or repeat
 
 
 @dataclass(frozen=True)
@@ -75,12 +75,12 @@ class MouthLine:
 
 @dataclass(frozen=True)
 class _End:
-    """An end of the crack: positions at which the rim, followed counter-clockwise, enters and leaves it."""
+    """An end of the crack, given by the positions at which the counter-clockwise rim enters and leaves it."""
 
     kind: EndKind
     arrives: float
     leaves: float
-    tip: tuple[float, ...] = ()  # Position of the middle of a closed end's front
+    tip: tuple[float, ...] = ()  # Position of the middle of a closed end. Empty for other ends
 
 
 def line_of_mouth(mouth: CrossSection, face_mm: Box) -> MouthLine:
@@ -185,10 +185,10 @@ def _rough_path(outer: CrossSection) -> tuple[Floats, float]:
 
 
 def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Floats, list[Floats]]:
-    """Return the rim in fine steps without side arms. Also return the middle of mouth and the tip of each arm, (2, 2).
+    """Return the rim in fine steps without side arms, (n, 2), and the middle of mouth and the tip of each arm, (2, 2).
 
-    The rim goes straight across an arm's mouth. Circles along the path, as large as the mouth allows, cover the main
-    crack. A stretch of the rim outside them surrounds an arm if it is deeper than wide.
+    The rim goes straight across an arm's mouth. Circles along the path, as large as the walls allow, cover the main
+    crack. A stretch of the rim outside these circles surrounds an arm if it is deep compared with its width.
     """
     around_mm = np.vstack([ring_mm, ring_mm[:1]])
     s_mm = arc_length(around_mm)
@@ -202,7 +202,7 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
     at_rim_mm, main, arms = s_mm[nearest[order]], np.ones(len(rim_mm), dtype=bool), list[Floats]()
     for begin, end in runs(beside).tolist():
         room_mm, (first_mm, last_mm) = rim_mm[begin:end], np.sort(at_rim_mm[[begin, end - 1]])
-        # A room next to an end belongs to that end.
+        # A stretch next to an end belongs to that end.
         if first_mm < width_mm / 2 or last_mm > s_mm[-1] - width_mm / 2:
             continue
         chord_mm = room_mm[-1] - room_mm[0]
@@ -241,7 +241,7 @@ def _end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box)
 
 
 def _corner(ring_mm: Floats, begin: float, end: float) -> float:
-    """Return the position on the ring, between two others, that is farthest from the straight line between them."""
+    """Return the position on the ring, between two positions, that is farthest from the straight line between them."""
     points_mm = _stretch(ring_mm, begin, end) - _ring_points(ring_mm, [begin])
     corner = int(np.abs(cross(points_mm, points_mm[-1])).argmax())
     return (int(begin) + corner) % len(ring_mm) if corner else begin
@@ -261,7 +261,7 @@ def _exit(ring_mm: Floats, place_mm: Floats, ahead: Floats) -> float:
 def _ring_points(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:
     """Return positions on the ring as points in mm, (n, 2).
 
-    A number beyond the last corner continues on the next round.
+    A position beyond the last corner continues from the first corner.
     """
     twice_mm = np.vstack([ring_mm, ring_mm, ring_mm[:1]])
     return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), np.asarray(places, dtype=float))
@@ -274,7 +274,7 @@ def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
 
 
 def _middle(left_mm: Floats, right_mm: Floats, tips_mm: Sequence[Floats], width_mm: float) -> Floats:
-    """Return centreline, left and right wall at even stations, (n, 6)."""
+    """Return centreline, left wall and right wall at evenly spaced stations, (n, 6)."""
     longest_mm = max(arc_length(wall)[-1] for wall in (left_mm, right_mm))
     step_mm = max(width_mm / STEPS_ACROSS, longest_mm / MAX_STEPS)
     left_mm, right_mm = resampled(left_mm, step_mm), resampled(right_mm, step_mm)
@@ -287,16 +287,16 @@ def _middle(left_mm: Floats, right_mm: Floats, tips_mm: Sequence[Floats], width_
 
 
 def _even(lines_mm: Floats, width_mm: float) -> Floats:
-    """Return the lines at even stations along the first of them, the centreline."""
+    """Return the lines, (n, 6), at stations that are evenly spaced along the first line, the centreline."""
     s_mm = arc_length(lines_mm[:, :2])
     stations_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] * STATIONS / width_mm)))
     return at_arc_length(lines_mm, s_mm, stations_mm)
 
 
 def facing(left_mm: Floats, right_mm: Floats) -> Integers:
-    """Pair the points of two walls in order, (k, 2). The first pair is the first points, the last pair the last points.
+    """Return pairs of indices of points on two walls that face each other, (k, 2), from the first points to the last.
 
-    Walls have points at even steps. A pairing is a path through the plane of the two arc lengths. The chosen path
+    The points of a wall are evenly spaced. A pairing is a path in the plane of the two arc lengths. The chosen path
     minimises the integral of the squared distance between the walls.
     """
     across_mm2 = cdist(left_mm, right_mm, "sqeuclidean")

@@ -1,4 +1,4 @@
-"""Write programs for robots from a cell file, the path in the robot's frame, and a template for each language.
+"""Write programs for robots from a cell file and a nozzle path. Each language has a template.
 
 To add a language:
 

@@ -1,6 +1,6 @@
 """Read a robot's cell file, in TOML: limits, languages, the sample's frame from taught points, and a weighed pump.
 
-From the weighings of a pump follows the request at which it delivers the flow of a path.
+The weighings determine which flow to request from the pump so that it delivers the flow of a path.
 """
 
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ else:
         **{name: (language.settings | None, None) for name, language in LANGUAGES.items() if language.settings},
     )
 Table = TypeVar("Table", bound=LanguageSettings)
-# Least RMS distance of taught points from their line: below it, an error of 0.2 mm tilts the face by 2°
+# Minimum RMS distance of the taught points from a line. Below it, an error of 0.2 mm would tilt the face by over 2°
 THINNEST_MM = 5.0
 # Limits of the weighings of a pump.
 BOUNDS = {
@@ -46,9 +46,9 @@ BOUNDS = {
 }
 NEEDED = ("asked_mm3_s", "weighed_g", "time_s")
 ROWS = (4, 500)
-MISTYPED = 5.0  # A delivered flow this many times the requested flow, or the inverse, means a wrong unit
-DOUBTFUL = 0.1  # Relative half-width of a flow's interval above which there is a warning, as for all measured values
-ROUNDING = 1e-9  # Largest relative scatter of weighings that are equal
+MISTYPED = 5.0  # If delivered and requested flow differ by this factor, a unit is wrong
+DOUBTFUL = 0.1  # A larger relative half-width of a flow's interval gives a warning, as for all measured values
+ROUNDING = 1e-9  # Largest relative scatter of weighings that count as equal
 TOLERANCE = 1e-6  # Largest relative difference of two numbers that count as equal
 NO_SCATTER = (
     "weighings of the same flow agree to the last digit and show no scatter, so the uncertainty of the path's flow "
@@ -101,8 +101,8 @@ class Plunger(Settings):
     """A syringe whose plunger the robot drives, by one of its axes or as an extruder."""
 
     diameter_mm: float = Field(gt=0.5, le=300)
-    """Inner diameter of the syringe. For a geared plunger, the diameter of a syringe that gives as much sealant for
-    each millimetre of the axis. To find it, weigh the sealant given over 10 mm."""
+    """Inner diameter of the syringe. For a geared plunger, the diameter of a syringe that would give as much sealant
+    for each millimetre of the axis. To find it, weigh the sealant that the axis gives over 10 mm."""
     travel_mm: float = Field(gt=0.1, le=1000)
     """Remaining travel of the plunger. A path that needs more is refused."""
     largest_speed_mm_s: float = Field(gt=0.001, le=500)
@@ -115,17 +115,17 @@ class Plunger(Settings):
 
 
 class Pump(Settings):
-    """Weighings of a pump, and the density of the weighed sealant."""
+    """File with the weighings of a pump, and the density of the weighed sealant."""
 
     file: Path
     """CSV with the columns asked_mm3_s, weighed_g, time_s and, if it was timed, delay_s. The path is absolute or
-    relative to the cell file. asked_mm3_s is the requested flow. weighed_g is the mass of sealant, in steady flow, that
-    a cup caught during time_s. delay_s is the time from the request to the first sealant. Give two or more weighings of
-    each of two or more flows."""
+    relative to the cell file. asked_mm3_s is the requested flow. weighed_g is the mass of sealant that a cup caught
+    during time_s, in steady flow. delay_s is the time from the request to the first sealant. Give two or more weighings
+    of each of two or more flows."""
     density_kg_m3: float = Field(ge=100, le=2e4)
     """Density of the sealant."""
     density_error_kg_m3: float = Field(default=0.0, ge=0, le=2e4)
-    """Standard uncertainty of the density, which affects all flows alike."""
+    """Standard uncertainty of the density. It changes all flows by the same factor."""
 
 
 class RobotCell(LanguageTables):
@@ -134,39 +134,39 @@ class RobotCell(LanguageTables):
     name: Annotated[str, Field(min_length=1, max_length=80)]
     """Name of the cell. It is written at the head of the cell's programs."""
     formats: tuple[Format, ...] = Field(min_length=1)
-    """Formats to write if --format names no others."""
+    """Formats to write if --format is not given."""
     frame_limit_mm: float = Field(default=0.5, gt=0, le=10)
-    """Largest residual that a taught point may have. The default is a sixth of the paper's crack, which is 3.1 mm wide,
-    and more than the error of touching a mark by hand."""
+    """Largest allowed distance of a taught point from its fitted position. The default is a sixth of the width of the
+    paper's crack, 3.1 mm, and more than the error of touching a mark by hand."""
     taught: tuple[Taught, ...] = Field(min_length=3, max_length=100)
-    """Three or more points on the face, not all on one line. A fourth point reveals errors that three cannot."""
+    """Three or more points on the face, not all on one line. With four or more, teaching errors are detected better."""
     reach: Reach
     motion: Motion
     plunger: Plunger | None = None
     pump: Pump | None = None
-    """Weighings of the pump. With them, programs request the flow at which the pump delivers what the path needs.
-    Default: the pump delivers what is requested."""
+    """Weighings of the pump. If they are given, programs request the flow at which the pump delivers the flow of the
+    path. Default: the pump delivers the flow that is requested."""
 
     @property
     def languages(self) -> dict[str, LanguageSettings]:
-        """Tables of the languages for which the cell has settings, by the language's name."""
+        """Settings of each language that has a table in the cell file, by the language's name."""
         return {name: table for name in LANGUAGES if (table := getattr(self, name, None)) is not None}
 
     def table(self, kind: type[Table]) -> Table:
-        """Return the settings of a language by their class. Raises ValueError if the cell has none."""
+        """Return the settings of the class ``kind``. Raises ValueError if the cell file has no such table."""
         return present(
             next((table for table in self.languages.values() if isinstance(table, kind)), None), kind.__name__
         )
 
     @property
     def steady_settings(self) -> list[str]:
-        """Settings, as written in the file, that allow only one speed or one flow in a program."""
+        """Settings, as written in the file, with which a program can have only one speed or one flow."""
         tables = {name: table for name, table in self.languages.items() if name in self.formats}
         return [f"{name}.{setting}" for name, table in tables.items() for setting in table.steady]
 
     @property
     def flow_limits_mm3_s(self) -> list[float]:
-        """Largest flows that the plunger and the languages allow. Those without a limit are left out."""
+        """Largest flows that the plunger and the languages allow, in mm³/s. Languages without a limit are left out."""
         flows = [table.largest_flow_mm3_s for table in self.languages.values()]
         flows += [] if self.plunger is None else [self.plunger.area_mm2 * self.plunger.largest_speed_mm_s]
         return [flow for flow in flows if flow is not None]
@@ -202,8 +202,8 @@ class RobotFrame:
     rotation: Floats  # (3, 3). The columns are the sample's axes in the robot's frame
     origin_mm: Floats  # (3,). The sample's origin in the robot's frame
     taught_mm: Floats  # (n, 2). The taught points on the face, in the sample's frame
-    residual_mm: Floats  # (n,). Distance of each taught robot position from the fitted one
-    scale: float  # Distances of the robot's points, over those of the sample's; 1 without touch errors
+    residual_mm: Floats  # (n,). Distance of each taught robot position from its fitted position
+    scale: float  # Ratio of the distances between the robot's points to those of the sample. 1 without touch errors
 
     @property
     def normal(self) -> Floats:
@@ -225,10 +225,10 @@ class RobotFrame:
 
 
 def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, where: str) -> RobotFrame:
-    """Fit a rotation and a shift of points on the face, (n, 2), to the same points as taught, (n, 3) (Kabsch 1976).
+    """Fit the rotation and shift that map points on the face, (n, 2), to the taught points, (n, 3) (Kabsch 1976).
 
-    Raises InputError, with ``where`` first, if the points are on a line, mirrored or of another scale, or do not fit
-    within ``limit_mm``.
+    Raises InputError, with ``where`` first, if the points are nearly on a line or mirrored, or if a residual is larger
+    than ``limit_mm``.
     """
     taught = np.column_stack([sample_mm, np.zeros(len(sample_mm))])
     middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)
@@ -270,7 +270,8 @@ class PumpTable:
     asked_mm3_s: Floats  # (n,), increasing requested flows
     given_mm3_s: Floats  # (n,), increasing delivered flows
     delay_s: Floats  # (n,), time from the request to the first sealant
-    error_95: float | None  # Relative half-width of a flow's 95 % interval; None if equal weighings show no scatter
+    # Relative half-width of a flow's 95 % interval. None if the weighings of a flow are equal and show no scatter
+    error_95: float | None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -279,7 +280,10 @@ class PumpTable:
         return float(self.given_mm3_s[0]), float(self.given_mm3_s[-1])
 
     def asked_for(self, wanted_mm3_s: Floats) -> Floats:
-        """Return the request for each flow. It is 0 for a flow of 0. Raises InputError outside the weighed range."""
+        """Return the requested flow for each wanted flow, (n,). A flow of 0 needs a request of 0.
+
+        Raises InputError if a flow is outside the weighed range.
+        """
         low, high = self.range_mm3_s
         inside = (wanted_mm3_s >= low * (1 - TOLERANCE)) & (wanted_mm3_s <= high * (1 + TOLERANCE))
         if not (inside | (wanted_mm3_s == 0)).all():
@@ -293,9 +297,9 @@ class PumpTable:
 
 
 def read_pump(pump: Pump, folder: Path) -> PumpTable:
-    """Read the weighings of a pump. Their path is relative to ``folder`` or absolute.
+    """Read the weighings of a pump from ``pump.file``, which is relative to ``folder`` or absolute.
 
-    Raises InputError with file and row, or if the weighings do not determine the flow.
+    Raises InputError, with file and row, if the file is not valid, or if the weighings do not determine the flow.
     """
     path = folder / pump.file
     columns = read_columns(path, BOUNDS, NEEDED, ROWS)
@@ -326,13 +330,13 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
             "again, or omit the request that the pump does not follow."
         )
     scatter = np.sqrt(((flow / outflow[group] - 1) ** 2).sum() / freedom)
-    # A curve between two flows is off the line by about a quarter of a flow's distance from its neighbours' line.
+    # Between two flows, the line is off the true curve by about 1/4 of a flow's distance from its neighbours' line.
     off = [
         np.interp(flows[n], np.delete(flows, n), np.delete(outflow, n)) / outflow[n] - 1
         for n in range(1, len(flows) - 1)
     ]
     bend = np.abs(off).max(initial=0.0) / 4
-    # The flow with the fewest weighings is known worst.
+    # The flow with the fewest weighings is the most uncertain.
     of_mean = stdtrit(freedom, 0.975) * scatter / np.sqrt(count.min())
     half = float(np.linalg.norm([of_mean, 1.96 * pump.density_error_kg_m3 / pump.density_kg_m3, bend]))
     error_95, warning = (half, SCATTERS.format(scatter, half)) if scatter >= ROUNDING else (None, NO_SCATTER)

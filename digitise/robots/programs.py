@@ -1,4 +1,4 @@
-"""Write robot files of a path: tables of points, and programs in G-code and URScript from templates.
+"""Write a path as files for robots: tables of points, and programs in G-code and URScript from templates.
 
 G-code uses the words of NIST RS274/NGC (Kramer, Proctor, Messina 2000) and of Marlin, in mm and mm/min. URScript uses
 the functions of The URScript Programming Language, in m and rad. A call after a blended move runs when the blend
@@ -24,7 +24,7 @@ from sealtwin.core.settings import Settings
 if TYPE_CHECKING:
     from digitise.robots.robot_path import RobotPath
 
-EVEN_RANGE = 1e-4  # Relative range within which a speed or flow counts as constant, since trajectory.csv is rounded
+EVEN_RANGE = 1e-4  # A speed or flow with a smaller relative range counts as constant, since trajectory.csv is rounded
 # Characters with a meaning to some controller: GRBL executes ?, ! and ~
 NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")
 LONGEST = 120
@@ -35,7 +35,7 @@ Angle = Annotated[float, Field(ge=-360, le=360)]
 
 
 class LanguageSettings(Settings):
-    """Settings of a language in a cell file. A language overrides the properties in which its programs differ."""
+    """Settings of a language in a cell file. Each language overrides properties that differ from these defaults."""
 
     @property
     def presses_plunger(self) -> bool:
@@ -50,7 +50,7 @@ class LanguageSettings(Settings):
     @property
     @abstractmethod
     def steady(self) -> tuple[str, ...]:
-        """Settings, as written in the file, that allow only one speed or one flow in a program."""
+        """Settings, as written in the file, with which a program can have only one speed or one flow."""
 
     @property
     def largest_flow_mm3_s(self) -> float | None:
@@ -66,14 +66,15 @@ class Language(NamedTuple):
     """Function that returns the file's content. It raises InputError if the path exceeds a limit."""
     settings: type[LanguageSettings] | None = None
     title: str = ""
-    units: str = ""  # Units of the program, unless mm, s and degrees
+    units: str = ""  # Units of the program. Empty for mm, s and degrees
 
 
 class Gcode(LanguageSettings):
     """Settings of a gantry with an extruder, programmed in G-code."""
 
     cold_extrusion: bool = False
-    """True to write M302 P1. Without it, Marlin silently does not move the extruder below 170 degrees."""
+    """True to write M302 P1. Without this command, Marlin does not move an extruder below 170 degrees Celsius, and
+    gives no error."""
 
     @property
     def presses_plunger(self) -> bool:
@@ -98,8 +99,8 @@ class Urscript(LanguageSettings):
     full_flow_mm3_s: float | None = Field(default=None, gt=1e-3, le=1e6)
     """Flow at the output's full level, for dispenser = "analog"."""
     tool_turn_deg: Angle = 0.0
-    """Angle of the tool about the nozzle, measured from the robot's x axis. Set it to keep a camera or a cable at the
-    tool's side clear."""
+    """Angle of the tool about the nozzle, measured from the robot's x axis. Set it so that a camera or a cable at the
+    tool's side does not collide."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -139,7 +140,7 @@ G1 {{ xyz(place) }} E{{ e|fixed(5) }} F{{ (60 * speed)|fixed(3) }}
 {% endfor %}
 G1 {{ xyz(path.over_mm[1]) }} F{{ (60 * motion.approach_speed_mm_s)|fixed(3) }}
 """
-# movej has half of URScript's default speed and acceleration of joints, since the arm chooses its way.
+# movej gets half of URScript's default speed and acceleration of joints, since the arm chooses its own path.
 URSCRIPT_TEMPLATE = """\
 {% macro m(mm) %}{{ (mm / 1000)|fixed(7) }}{% endmacro %}
 {% macro pose(place) %}p[{{ m(place[0]) }}, {{ m(place[1]) }}, {{ m(place[2]) }}, {{ turn }}]{% endmacro %}
@@ -178,12 +179,12 @@ ENVIRONMENT.filters["fixed"] = lambda value, decimals: f"{value:z.{decimals}f}"
 
 
 def comments(mark: str, lines: Sequence[str]) -> list[str]:
-    """Return each line as a comment that contains only letters, digits and characters harmless to any controller."""
+    """Return each line as a comment. Characters that could be a command for a controller are replaced by _."""
     return [f"{mark} {NOT_PLAIN.sub('_', line)[:LONGEST]}".rstrip() for line in lines]
 
 
 def filled(template: str, mark: str, path: "RobotPath", **values: Any) -> str:
-    """Return a program: the comments of its head, then the filled template."""
+    """Return a program: the lines of ``path.head`` as comments, then the filled template."""
     head = "".join(f"{line}\n" for line in comments(mark, path.head))
     common = {"begins": path.trajectory.giving.start, "motion": path.cell.motion, "it": path.trajectory, "path": path}
     return head + ENVIRONMENT.from_string(template).render(common | values)
@@ -229,7 +230,7 @@ def urscript_text(path: "RobotPath") -> str:
         limit,
     )
     motions = list(zip(trajectory.position_mm[1:], trajectory.speed_mm_s, levels[1:], levels, strict=False))
-    # z of the tool points into the face exactly, and x is as near to the robot's as it can be, before the tool's turn.
+    # The tool's z axis is square to the face. Before tool_turn_deg, its x axis is as close as possible to the robot's.
     axes, tool_axes = [-path.frame.normal, [1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
     tool = Rotation.align_vectors(axes, tool_axes, weights=[np.inf, 1.0])[0]
     tool = tool * Rotation.from_euler("z", settings.tool_turn_deg, degrees=True)
@@ -238,14 +239,15 @@ def urscript_text(path: "RobotPath") -> str:
 
 
 def points_text(path: "RobotPath") -> str:
-    """Return a line "x y z" for each waypoint, in mm in the robot's frame, without a header."""
+    """Return a text with a line "x y z" for each waypoint, in mm in the robot's frame, without a header."""
     return _rows(path.trajectory.position_mm, 4, " ")
 
 
 def table_text(path: "RobotPath") -> str:
-    """Return the columns of trajectory.csv with the robot's x, y and z. A row applies until the next row.
+    """Return a CSV with the columns of trajectory.csv. x, y and z are in the robot's frame.
 
-    If a pump was weighed, the last column is the requested flow, ``asked_mm3_s``.
+    Speed and flow of a row apply until the next row. If the pump was weighed, the last column is the requested flow,
+    ``asked_mm3_s``.
     """
     trajectory = path.trajectory
     columns = (*TRAJECTORY_COLUMNS[:-1], "asked_mm3_s") if path.weighed else TRAJECTORY_COLUMNS
@@ -253,7 +255,7 @@ def table_text(path: "RobotPath") -> str:
         [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
     )
     if path.hold_s > 0:
-        # The nozzle waits at its first giving waypoint, with the pump already on.
+        # The nozzle waits at the first waypoint with sealant, with the pump already on.
         first = trajectory.giving.start
         rows = np.insert(rows, first, rows[first], axis=0)
         rows[first, list(columns).index("speed_mm_s")] = 0.0

@@ -12,10 +12,10 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Trajectory
 
 ROUNDING = 1e-6  # Rounding error of trajectory.csv, which has six decimals
-# Growth of a touch error that gives a warning: 0.2 mm, a good touch by hand, becomes more than 0.4 mm
+# A larger growth of the touch error gives a warning. An error of 0.2 mm, a good touch by hand, becomes over 0.4 mm
 MUCH_GROWTH = 2.0
 
-Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence for that case
+Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the error message for that case
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class RobotPath:
     warnings: tuple[str, ...]
     wanted_mm3: float  # Volume of sealant that the path should deliver
     hold_s: float  # Time that the nozzle waits, after the request to the pump, before it moves along the crack
-    weighed: bool  # True if the trajectory has the request to a weighed pump instead of the wanted flow
+    weighed: bool  # True if the trajectory's flow is the request to a weighed pump and not the flow that the path needs
     # Lines for the head of a program. They contain a user's words and must pass through ``comments``.
     head: tuple[str, ...] = ()
 
@@ -40,7 +40,7 @@ class RobotPath:
 
     @property
     def flow_mm3_s(self) -> Floats:
-        """Flow in mm³/s at each point of the path, from the first to the last point with sealant, (n,)."""
+        """Flow in mm³/s at each point of the path from the first to the last point with sealant, (n,)."""
         return self.trajectory.flow_mm3_s[self.trajectory.giving][:-1]
 
     @property
@@ -56,14 +56,14 @@ class RobotPath:
         return ends_mm + (self.cell.motion.safe_height_mm - height_mm)[:, None] * self.frame.normal
 
     def require(self, *limits: Limit) -> None:
-        """Raise InputError with the sentences of all exceeded limits, each after the cell file's name."""
+        """Raise InputError with the messages of all exceeded limits. Each message begins with the cell file's name."""
         if faults := [f"{self.cell_file}: {fault}" for exceeded, fault in limits if exceeded]:
             raise InputError("\n".join(faults))
 
     def reach_limit(self, what: str, places_mm: Floats) -> Limit:
-        """Return the limit of the reach box for points, (n, 3), in the robot's frame.
+        """Return the limit that points, (n, 3) in the robot's frame, must be in the reach box.
 
-        ``what`` names them in the message.
+        ``what`` names the points in the message.
         """
         low_mm, high_mm = self.cell.reach.low_mm, self.cell.reach.high_mm
         outside_mm = np.maximum(np.array(low_mm) - places_mm, places_mm - high_mm).max(axis=1)
@@ -84,15 +84,16 @@ class RobotPath:
     def limit(self, key: str, value: float, fault: str, remedy: str, rounding: float = 0.0) -> Limit:
         """Return the limit that the cell's setting ``key`` puts on ``value``.
 
-        The message is ``fault``, which states the value, then the limit and ``remedy``.
+        The message consists of ``fault``, which states the value, the limit, and ``remedy``. The value may exceed the
+        limit by the relative tolerance ``rounding``.
         """
         allowed = attrgetter(key)(self.cell)
         return value > allowed * (1 + rounding), f"{fault}, but {key} allows at most {allowed:g}. {remedy}"
 
     def even_limit(self, what: str, unit: str, values: Floats, remedy: str) -> Limit:
-        """Return the limit of a program that keeps one speed or flow over the crack.
+        """Return the limit that ``values`` must be constant, for a program with one speed or flow over the crack.
 
-        The message begins with ``what``.
+        The message begins with ``what``, the reason.
         """
         return (
             values.max() > values.min() * (1 + EVEN_RANGE),
@@ -131,7 +132,7 @@ class RobotPath:
 def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: PumpTable | None = None) -> RobotPath:
     """Transform a path from the sample's frame into the robot's. Raises InputError with all exceeded limits.
 
-    With a weighed ``pump``, the flow becomes the request to the pump.
+    If a weighed ``pump`` is given, the path's flow is replaced by the flow to request from the pump.
     """
     _check_rows(trajectory)
     sample_mm, robot_mm = (
@@ -180,7 +181,8 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
     motion, limit = path.cell.motion, path.limit
     height_mm = trajectory.position_mm[:, 2].max()
     fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
-    # A mean velocity applies at the middle of its time. It changes on ramps, and by v^2 / r in bends.
+    # The mean velocity between two rows is the velocity at the middle of the time between them. It changes on ramps,
+    # and with the acceleration v^2 / r in bends.
     velocity = np.diff(trajectory.position_mm, axis=0) / (lasts_s := np.diff(trajectory.t_s))[:, None]
     change = np.linalg.norm(np.diff(velocity, axis=0), axis=1) / ((lasts_s[1:] + lasts_s[:-1]) / 2)
     most_mm_s2 = change.max(initial=0.0)

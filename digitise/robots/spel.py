@@ -3,7 +3,7 @@
 The statements are those of Epson RC+'s Language Reference. ``P1 = XY(x, y, z, u) :ST(s, t) /R`` assigns a point. ``Move
 P1 CP`` does not stop at the point. SpeedS is in mm/s. ``Curve "name", O, 0, n, P(first:last)`` is an open spline in n
 coordinates, which passes close to evenly spaced points. ``CVMove "name"`` follows the spline at one speed. A point file
-(.pts) needs a checksum that is not public, so points are assigned in the program.
+(.pts) needs a checksum whose formula is not public, so points are assigned in the program.
 """
 
 from typing import TYPE_CHECKING, Literal, Self
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 POINTS = 1000  # Number of points of an Epson controller, P0 to P999
 FEWEST_IN_CURVE, MAX_IN_CURVE = 3, 200
-SLOWEST_MM_S = 0.1  # Least value of SpeedS
+SLOWEST_MM_S = 0.1  # Smallest allowed value of SpeedS
 
 
 class Spel(LanguageSettings):
     """Settings of an Epson arm and its SPEL+ program."""
 
     motion: Literal["curve", "move"] = "curve"
-    """Statements that move the arm. curve: Curve and CVMove, with one speed all along the crack. move: Move ... CP from
-    point to point, each with its own speed, for paths whose speed or dose changes."""
+    """Statements that move the arm. curve: Curve and CVMove, with one speed along the whole crack. move: Move ... CP
+    from point to point, each with its own speed, for paths whose speed or flow changes."""
     dispenser: Literal["output", "z", "s", "t"]
     """Drive of the dispenser. output: a bit switches a dispenser of constant flow on and off. z, s or t: that axis
-    presses the plunger. With z the arm can no longer lift the nozzle, as in the paper. With s or t, the other one of
-    these two added axes is sent to 0."""
+    presses the plunger. With z, as in the paper, the arm can no longer lift the nozzle. With s or t, the other one of
+    these two added axes moves to 0."""
     output_bit: int | None = Field(default=None, ge=0, le=8191)
     """Number of the output bit, for dispenser = "output"."""
     axis_start_mm: InCell | None = None
@@ -45,7 +45,7 @@ class Spel(LanguageSettings):
     vw_deg: tuple[Angle, Angle] | None = None
     """Angles V and W of a six-axis arm with the nozzle down. Omit them for a SCARA."""
     tool: int = Field(default=0, ge=0, le=15)
-    """Number of the tool whose tip is the nozzle's tip. 0 is the bare flange."""
+    """Number of the tool whose tip is the nozzle's tip. 0 is the flange without a tool."""
     local: int = Field(default=0, ge=0, le=15)
     """Number of the local frame in which robot_mm was read. 0 is the robot's own frame."""
     first_point: int = Field(default=0, ge=0, lt=POINTS)
@@ -78,7 +78,7 @@ class Spel(LanguageSettings):
         return ('motion = "curve"',) * (self.motion == "curve") + ('dispenser = "output"',) * (not self.presses_plunger)
 
 
-# A Curve is named before the arm moves: between blended motions it would have to wait for the spline.
+# Curve stands before the motions. Between blended motions, the arm would stop until the spline is computed.
 TEMPLATE = """\
 ' Units: mm, degrees, mm/s. First switch the motors on and set the power mode, then call this function.
 ' Overwrites P{{ first }} to P{{ last }} in memory. Tool {{ settings.tool }}, Local {{ settings.local }}.
@@ -152,7 +152,7 @@ def spel_text(path: "RobotPath") -> str:
         crack = rows[trajectory.giving]
         speed_mm_s = speed_mm_s[crack[:-1]]
         path.require(*_curve_limits(path, len(crack), speed_mm_s))
-        # Of the leads only their outer ends are needed.
+        # Only the outer ends of the two leads are needed.
         rows = np.unique([0, crack[0], crack[-1], rows[-1]])
         kept = np.union1d(rows, crack)
         places, begins = places[kept], min(begins, 1)
@@ -176,7 +176,7 @@ def spel_text(path: "RobotPath") -> str:
 
 
 def _curve_limits(path: "RobotPath", points: int, speed_mm_s: Floats) -> "list[Limit]":
-    """Return the limits of a Curve: its number of points, and a constant speed and flow."""
+    """Return the limits of a Curve: its speed and flow must be constant, and its number of points is limited."""
     remedy = 'Set spel.motion = "move"'
     return [
         path.even_limit("CVMove keeps one speed", "mm/s", speed_mm_s, remedy),

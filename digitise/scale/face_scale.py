@@ -1,8 +1,8 @@
 """Find the scale from the size of the sample's face and its four corners, and refine corners of quadrilaterals.
 
-The corners of a quadrilateral are where lines through its edges meet, since blur rounds the corners off. On synthetic
-photos these corners are off by 0.04 px RMS for markers. Those of ``cv2.cornerSubPix`` are off by 0.08 px, and those of
-the refinements of ``cv2.aruco`` by 0.17 to 1 px.
+Blur rounds corners off. Each corner is therefore computed as the intersection of the lines that are fitted to the two
+edges. On synthetic photos, the corners of markers are then off by 0.04 px RMS. The corners of ``cv2.cornerSubPix`` are
+off by 0.08 px, and the refined corners of ``cv2.aruco`` by 0.17 to 1 px.
 """
 
 import cv2
@@ -22,14 +22,15 @@ MAX_FORESHORTENED = 0.7
 CLICKED_PX = 1.0  # Standard deviation of a clicked corner's coordinates
 FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm at two sigma
 # Constants of the fit of a quadrilateral's straight edges, which are found to a few hundredths of a pixel.
-ROWS = 100  # Samples along each edge. A crack, dirt or a shadow spoils some; more samples do not change the result
+ROWS = 100  # Samples along each edge. Cracks, dirt or shadows spoil some. More samples do not change the result
 STEP_PX = 0.5  # Spacing of samples across an edge
-MIN_REACH_PX = 3.0  # Least range across an edge, which is six samples to either side
-# Standard deviation of the blur across an edge, without which grain decides where the light is steepest
+MIN_REACH_PX = 3.0  # Minimum distance sampled to either side of an edge: six samples
+# Standard deviation of a blur across an edge. Without it, grain would decide where the light changes most
 SMOOTH_PX = 1.0
 STRAY_PX = 0.3  # A sample this far from the edge may be an outlier
-STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line; hulls of other things exceed it
-GAP = 0.1  # Least depth of a dark gap beside an edge, over the darker side's light plus a fifth of the brighter side's
+STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line. Hulls of other objects deviate more
+# Minimum depth of a dark gap beside an edge, divided by the darker side's light plus a fifth of the brighter side's
+GAP = 0.1
 
 
 def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
@@ -58,9 +59,9 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
 
 
 def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
-    """Return the four corners of the face that the user gave, (4, 2) in px, or None.
+    """Return the four corners of the face that the user gave, (4, 2) in px. None if the user gave none.
 
-    Raises InputError if they cannot be the corners of a face with the size ``face_mm``.
+    Raises InputError if these corners cannot belong to a face with the size ``face_mm``.
     """
     if settings.face_corners_px is None or settings.face_mm is None:
         return None
@@ -82,7 +83,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
 
 
 def side_lengths(corners: Floats) -> Floats:
-    """Return the lengths of a ring's sides, (n,). Side i begins at corner i."""
+    """Return the lengths of the sides of a ring with n corners, (n,). Side i begins at corner i."""
     return np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
 
 
@@ -93,16 +94,17 @@ def _aspect(corners_px: Floats) -> float:
 
 
 def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple[Floats, float] | None:
-    """Refine corners, (4, 2), from the edges within ``reach_px`` of the sides between them. None if an edge is hidden.
+    """Refine rough corners, (4, 2), with the edges within ``reach_px`` of the sides between them.
 
-    Also returns the RMS distance of the edges' points from straight lines, in px. ``brightness`` is linear light.
+    Returns the corners, and the RMS distance of the edges' points from straight lines, in px. Returns None if an edge
+    is not visible or not straight. ``brightness`` is linear light.
     """
     reach_px = max(reach_px, MIN_REACH_PX)
     lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
     bend_px = float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
     if not bend_px <= STRAIGHT_PX:
         return None
-    # Corner i is the one at which side i begins.
+    # Side i begins at corner i.
     return np.array([meeting(lines[side - 1], lines[side]) for side in range(4)]), bend_px
 
 
@@ -119,13 +121,13 @@ def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tu
     foot = start + np.outer(np.linspace(0.06, 0.94, ROWS), end - start)
     offset_px = np.arange(-reach_px, reach_px + STEP_PX / 2, STEP_PX)
     light = sampled(brightness, foot[:, None] + offset_px[:, None] * outward).astype(float)
-    # Neighbouring rows share the edge, but not their grain.
+    # Grain differs between neighbouring rows, so it is averaged along the edge.
     light = cv2.GaussianBlur(cv2.blur(light, (1, 9)), (0, 0), sigmaX=SMOOTH_PX / STEP_PX, sigmaY=1e-3)
     slope = np.gradient(light, axis=1)
     quarter = light.shape[1] // 4
     darker, brighter = np.sort([np.median(light[:, :quarter], axis=1), light[:, -quarter:].max(axis=1)], axis=0)
     if np.median((darker - light[:, quarter:].min(axis=1)) / (darker + 0.2 * brighter + 1e-6)) > GAP:
-        # Most rows are darkest between face and board, which a crack does not cause: the face ends where light falls.
+        # Most rows are darkest in a gap between face and board. The face ends where the light falls towards the gap.
         before = np.arange(light.shape[1]) <= light.argmin(axis=1)[:, None]
         slope = np.where(before, np.minimum(slope, 0), 0)
     slope = np.abs(slope)
@@ -133,7 +135,7 @@ def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> tu
     row = np.flatnonzero((top > 0) & (top < slope.shape[1] - 1))
     if len(row) < ROWS // 2:
         return np.array([foot[0], unit(foot[-1] - foot[0])]), np.array([np.inf])
-    # Between samples, by the parabola through the neighbours.
+    # A parabola through the neighbouring samples gives the peak between samples.
     low, high, after = (slope[row, top[row] + step] for step in (-1, 0, 1))
     peak = top[row] + 0.5 * (low - after) / np.minimum(low - 2 * high + after, -1e-12)
     return edge_line(foot[row], outward, STEP_PX * peak - reach_px)

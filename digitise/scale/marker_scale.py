@@ -24,23 +24,26 @@ from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
-# Limits of the scale by markers, of the search for them, and of the check that they are level with the face. Each line
-# says what its value rests on. Standard uncertainties are part of the scale's uncertainty. The other limits accept or
-# refuse a photo: stricter ones refuse good boards in coarse photos, looser ones accept a wrong table.
+# Limits of the scale from markers, of the search for markers, and of the check that they are level with the face. Each
+# line says what its value is based on. Standard uncertainties are part of the scale's uncertainty. The other limits
+# accept or refuse a photo. Stricter limits refuse good boards in coarse photos, and looser limits accept a wrong table.
 RESIDUAL_MM = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
 RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are right to a fraction of a pixel
 BOARD_MM = 0.1  # Standard uncertainty of the frame's ruler, or of the longest distance between its markers
 PRINT = 0.02  # Standard uncertainty of a print that nothing checks: "fit to page" prints at 93 to 97 %
-REACH = 0.03  # Edges of the face are searched for within this share of the face's longest side, which excludes markers
-CELL_REACH = 0.7  # Edges of markers are searched for within this many cells: a rough detection is off by less
+# Edges of the face are searched for within this fraction of the face's longest side. Markers are farther away
+REACH = 0.03
+CELL_REACH = 0.7  # Edges of markers are searched for within this many cells. A rough detection is off by less
 BENT_MM = 0.5  # Largest deviation of the edges from a rectangle of the face's shape
 SIGMAS = 3.0  # Smallest difference in level that is reported, in standard deviations
-# Largest offset from the face, over the camera's distance; more is a frame on the table beside a sample
+# Largest height of the markers above or below the face, divided by the camera's distance. A frame on the table beside
+# a sample exceeds it
 MAX_OFF = 0.05
 USUAL_MM = 250.0  # Distance of the camera in a message if the distance is unknown
 MIN_MARKERS = 4  # Smallest number of markers for a scale
-SEARCH_PX = 1000  # Longer side of the first copy that is searched; each further copy has twice that
-MIN_APART = 0.05  # Least distance of markers over a square's circumference; OpenCV's 0.125 loses 44 of 296 markers
+SEARCH_PX = 1000  # Longer side of the first copy that is searched. Each further copy is twice as large
+# Minimum distance of markers, divided by a square's circumference. OpenCV's 0.125 loses 44 of 296 markers
+MIN_APART = 0.05
 GLANCE_PX = 2000  # Longer side of the copy that is searched for markers without a table
 MAX_NAMED = 12  # Largest number of missing markers that a message lists
 # Default side of the markers that 'sealtwin markers' prints, and length of its ruler
@@ -54,7 +57,7 @@ DICTIONARY = {
 # Constants of the printed frame.
 PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
 UNPRINTED_MM = 6.0  # Margin along the edge of the paper that printers leave blank
-WHITE = 0.375  # White margin around a marker, over its side: detection needs a sixth, the rest is for cutting by hand
+WHITE = 0.375  # White margin of a marker as a fraction of its side. Detection needs 1/6, inexact cutting the rest
 CUT_GREY, CUT_MM = 191, 0.1  # Line to cut along, too light to be detected as the edge of the face
 RULER_THICK_MM, MARK_MM = 0.3, 4.0  # Thickness of the ruler's lines, and length of its marks, one every 10 mm
 MIN_FACE_MM, MAX_FACE_MM = 5.0, 400.0  # Smallest and largest side of a frame's opening
@@ -138,10 +141,11 @@ def check_level(
     distance_mm: float | None,
     file: Path,
 ) -> tuple[float | None, Facts]:
-    """Compare the face's edges, detected or given as corners, with their position according to the markers.
+    """Compare the size of the face according to the markers with face_mm.
 
-    Returns how much larger the face appears in the markers' plane than face_mm, as a share, and warnings. The share is
-    0 if both agree, and None if the edges are not visible. Raises InputError if the markers are too far from level.
+    The edges of the face are detected, or given as corners. Returns by how much the face appears larger than face_mm,
+    as a fraction, and warnings. The fraction is 0 if both sizes agree, and None if the edges are not visible. Raises
+    InputError if the markers are too far above or below the face.
     """
     away_mm, corners_px = distance_mm or USUAL_MM, given_px
     if face_mm is not None:
@@ -150,7 +154,7 @@ def check_level(
             corners_px, _ = refined_corners(brightness, rough_px, REACH * side_lengths(rough_px).max()) or (None, 0)
         if corners_px is not None:
             seen_mm, true_mm = side_lengths(view.to_mm(corners_px)), side_lengths(rectangle(face_mm))
-            # A corner of the face is uncertain by a pixel.
+            # The position of a corner is uncertain by a pixel.
             share, px_mm = seen_mm.sum() / true_mm.sum(), view.mm_per_px_at(corners_px).mean()
             if np.abs(seen_mm - share * true_mm).max() <= max(BENT_MM, px_mm) or given_px is not None:
                 least = SIGMAS * np.hypot(FACE_MM, px_mm) / np.hypot(*face_mm[2:])
@@ -164,9 +168,10 @@ def check_level(
 
 
 def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Path) -> tuple[float, Facts]:
-    """Check a face that appears larger than face_mm by the share ``grown``. Up to ``least`` it is a measuring error.
+    """Check a face that appears larger than face_mm by the fraction ``grown``.
 
-    Returns the share and warnings. Raises InputError if the share is too large.
+    Returns the fraction and warnings. A fraction up to ``least`` is measuring error, and 0 is returned. Raises
+    InputError if the fraction is too large.
     """
     if abs(grown) <= least:
         return 0.0, ()
@@ -186,7 +191,7 @@ def _of_size(grown: float, least: float, face_mm: Box, away_mm: float, file: Pat
 def find_markers(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
     """Return the corners of each marker by its id, (4, 2) in px, clockwise from the upper left.
 
-    Raises InputError if fewer than four are found.
+    Raises InputError if fewer than four are found, or if a marker is in the photo more than once.
     """
     clear = {
         number: edge[0]
@@ -233,9 +238,10 @@ def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[t
 
 
 def _search(pixels: Pixels, dictionary: str, expected: set[int]) -> dict[int, Floats]:
-    """Return the rough corners of the expected markers.
+    """Return the rough corners of the expected markers by id, (4, 2) each in px.
 
-    Ever larger copies of the photo are searched until all are found.
+    Larger and larger copies of the photo are searched until all markers are found. Raises InputError if a marker is in
+    a copy more than once.
     """
     corners_px: dict[int, Floats] = {}
     for side_px in (SEARCH_PX * 2**step for step in range(10)):
@@ -319,12 +325,13 @@ def frame_pdf(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> b
             "--size-mm."
         )
     page = FPDF(unit="mm", format=fitting_mm[0])
-    # A frame drawn again is the same file.
+    # With a fixed date, the same frame always gives the same file.
     page.set_creation_date(datetime(2026, 1, 1, tzinfo=UTC))
     page.viewer_preferences = ViewerPreferences(print_scaling="None")
     page.add_page()
     page.set_font("Helvetica", size=TEXT_PT)
-    # Places are to the right of and below the paper's upper left corner; those of the table are above the face's lower.
+    # Page coordinates count right and down from the paper's upper left corner. The table counts up from the face's
+    # lower left corner.
     left_mm, low_mm = (page.w - face_mm[0]) / 2, UNPRINTED_MM + band_mm + face_mm[1]
     page.set_draw_color(CUT_GREY)
     page.set_line_width(CUT_MM)
@@ -345,7 +352,7 @@ def _draw_caption(page: "FPDF", top_mm: float, face_mm: tuple[float, float], boa
     left_mm = (page.w - CAPTION_WIDTH_MM) / 2
     page.set_fill_color(0)
     page.rect(left_mm, top_mm - RULER_THICK_MM, RULER_MM, RULER_THICK_MM, style="F")
-    # The ruler is 100 mm long from the outer edge of its first mark to that of its last.
+    # The ruler is 100 mm long from the outer edge of its first mark to the outer edge of its last mark.
     for x in np.clip(10.0 * np.arange(11) - RULER_THICK_MM / 2, 0, RULER_MM - RULER_THICK_MM).tolist():
         page.rect(left_mm + x, top_mm - MARK_MM, RULER_THICK_MM, MARK_MM, style="F")
     page.text(left_mm + RULER_MM + 4, top_mm, "This ruler must be 100.0 mm long.")
@@ -360,7 +367,7 @@ def _draw_caption(page: "FPDF", top_mm: float, face_mm: tuple[float, float], boa
 def board_around(
     face_mm: tuple[float, float], size_mm: float, dictionary: Dictionary, count: int, ruler_mm: float | None = None
 ) -> MarkerBoard:
-    """Return a board with markers around the face, at its corners and, if ``count`` is 8, also at its sides.
+    """Return a board with markers at the corners of the face and, if ``count`` is 8, also in the middle of its sides.
 
     Raises InputError if the markers would touch, or for a face that is too small or too large.
     """

@@ -1,4 +1,4 @@
-"""A camera's view of the face's plane: its mapping between pixels and millimetres, fit to points, and uncertainty."""
+"""A camera's view of the face's plane: mapping between pixels and millimetres, fit to known points, and uncertainty."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,8 +14,8 @@ from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
-MAX_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, equal to that of a phone's level
-LENS_SIGMAS = 3.0  # A lens is fitted if its distortion is at least this many standard deviations
+MAX_SPREAD_DEG = 1.0  # A tilt with a larger standard deviation is not reported. A phone's level is as uncertain
+LENS_SIGMAS = 3.0  # A lens is fitted if its distortion is more than this many standard deviations
 CORNERS = 4  # Number of corners of a marker
 MAX_GROUPS = 16  # Largest number of groups of markers that are left out in turn
 
@@ -25,16 +25,16 @@ class Lens:
     """Radial distortion of a lens, which shifts each point along the ray from the photo's centre."""
 
     centre_px: Floats  # (2,)
-    # Distortion in px⁻²: k1 over the square of the focal length; negative for the barrel distortion of a wide lens
+    # Distortion in px⁻²: k1 divided by the square of the focal length in px. Negative for barrel distortion
     bend_px2: float
 
     def bent(self, straight_px: Floats) -> Floats:
-        """Map points of an undistorted picture to this lens's picture, (n, 2) to (n, 2)."""
+        """Map points of an undistorted picture, (n, 2), to points of this lens's picture, (n, 2)."""
         away_px = straight_px - self.centre_px
         return self.centre_px + away_px * (1 + self.bend_px2 * (away_px**2).sum(axis=1, keepdims=True))
 
     def straightened(self, seen_px: Floats) -> Floats:
-        """Map points of this lens's picture to the undistorted picture, (n, 2) to (n, 2). It inverts ``bent``."""
+        """Map points of this lens's picture, (n, 2), to an undistorted picture, (n, 2). Inverse of ``bent``."""
         if len(seen_px) == 0:
             return seen_px
         camera = np.eye(3)
@@ -62,9 +62,9 @@ class View:
         return straight_px if self.lens is None else self.lens.bent(straight_px)
 
     def mm_per_px_at(self, points_px: Floats) -> Floats:
-        """Return the local scale in mm/px at each point, (n,), the geometric mean of all directions.
+        """Return the local scale in mm/px at each point, (n,). It is the geometric mean over all directions.
 
-        The scale varies with tilt and lens.
+        Tilt and lens make the scale vary over the photo.
         """
         half_px = 0.5 * np.eye(2)
         along_x, along_y = (self.to_mm(points_px + step) - self.to_mm(points_px - step) for step in half_px)
@@ -81,9 +81,10 @@ class Scale:
     """Mapping between a photo and the face, with its source and uncertainty."""
 
     view: View  # The only mapping between pixels and millimetres
-    mm_per_px: float  # Scale at the centre of the face; without a face, of the frame of markers or of the photo
+    mm_per_px: float  # Scale at the centre of the face, or of the markers or photo if face_mm is unknown
     scale_source: str
-    unit: Literal["mm", "px"] = "mm"  # Unit of lengths in messages; px, each as 1 mm, if the photo has no scale yet
+    # Unit of lengths in messages. "px" if the photo has no scale yet, in which case 1 px is stored as 1 mm
+    unit: Literal["mm", "px"] = "mm"
     scale_residual_mm: float | None = None
     scale_uncertainty: float | None = None  # Relative standard uncertainty of a length; None if unknown
     # Angle between the camera's axis and the face's normal; None if the photo does not show it
@@ -94,18 +95,18 @@ class Scale:
 
 
 def places_px(view: View, box_mm: Box) -> Floats:
-    """Return points in the photo, (25, 2), spread over a box on the face. The middle point has index ``MIDDLE``."""
+    """Return a grid of points over a box on the face, (25, 2) in px. The middle point has the index ``MIDDLE``."""
     fifths = np.argwhere(np.ones((5, 5))) / 4
     return view.to_px(box_mm[:2] + fifths * np.subtract(box_mm[2:], box_mm[:2]))
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A view that fits control points best, and other views that show the effect of errors in the points."""
+    """The view that fits known points best, and other views that show the effect of errors in the points."""
 
     view: View
     others: list[View]  # Fits without some points, or with one coordinate moved by its standard deviation
-    weight: float  # Variance of a quantity, over the sum of its squared differences in the other views
+    weight: float  # Ratio of a quantity's variance to the sum of its squared differences in the other views
 
     def spread(self, quantity: Callable[[View], Floats]) -> Floats:
         """Return the standard deviation of a quantity that is computed from a view, (n,)."""
@@ -119,9 +120,10 @@ class Fit:
 
 
 def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> Fit:
-    """Fit a view to the corners of markers, (4 n, 2), with a radial lens term if the corners show one.
+    """Fit a view to the corners of n markers, (4 n, 2), with a radial lens term if the distortion is significant.
 
-    The spread comes from a jackknife over markers, whose corners may share an error.
+    For the uncertainty, whole markers are left out in turn (jackknife), since the corners of a marker may have the same
+    error. If ``lens_wanted`` is False, no lens is fitted.
     """
 
     def bend_px2(view: View) -> Floats:
@@ -132,7 +134,8 @@ def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens
         centre_px = (np.array(size_px) - 1) / 2
         bent = _without_each(seen_px, true_mm, replace(plain, lens=Lens(centre_px, 0.0)))
         (bend,), (sigma,) = bend_px2(bent.view), bent.spread(bend_px2)
-        # A barrel shows no place farther out than 2 / sqrt(-27 b). If that is within the photo, it is no lens.
+        # With a barrel distortion b, no point is farther than 2 / sqrt(-27 b) from the centre. If that is less than
+        # half the photo's diagonal, the fit is not a lens.
         if abs(bend) > LENS_SIGMAS * sigma and bend > -4 / 27 / (centre_px @ centre_px):
             return bent
     return _without_each(seen_px, true_mm, plain)
@@ -147,7 +150,7 @@ def _without_each(seen_px: Floats, true_mm: Floats, start: View) -> Fit:
 
 def fit_corners(seen_px: Floats, true_mm: Floats, sd_px: float) -> Fit:
     """Fit a view to four corners, (4, 2). Each coordinate of a corner has the standard deviation ``sd_px``."""
-    # No move, and then each coordinate's.
+    # First without a change, and then with each coordinate moved in turn.
     moves_px = sd_px * np.eye(9, 8, -1).reshape(9, 4, 2)
     start = View(_inverse(cv2.findHomography(true_mm, seen_px)[0]))
     view, *others = (fit_view(seen_px + move_px, true_mm, start) for move_px in moves_px)
@@ -185,9 +188,9 @@ def find_tilt(
 ) -> tuple[float | None, float | None]:
     """Return the camera's distance from the middle of the face in mm, and its tilt in degrees.
 
-    The tilt is the angle between the camera's axis and the face's normal. The distance is ``distance_mm`` if given, or
-    follows from the camera's focal length. The tilt is None without a distance, or if its uncertainty is above
-    ``MAX_SPREAD_DEG``.
+    The tilt is the angle between the camera's axis and the face's normal. The distance is ``distance_mm`` if given.
+    Otherwise it is computed from the focal length, ``focal_px``. Both are None if neither is known. The tilt is also
+    None if its standard deviation is not below ``MAX_SPREAD_DEG``.
     """
     if distance_mm is None:
         if focal_px is None:
@@ -196,7 +199,7 @@ def find_tilt(
     middle = np.append(fit.view.to_mm(middle_px[None]), 1)
 
     def sine(view: View) -> Floats:
-        # How fast the depth grows along the face, over the depth itself, times the distance.
+        # Growth of the depth per mm along the face, divided by the depth, times the distance.
         across, up, _ = depth = view.px_from_mm[2]
         return np.hypot([across], up) / abs(depth @ middle) * distance_mm
 

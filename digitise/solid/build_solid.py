@@ -26,27 +26,27 @@ from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.settings import doubts_of
 from sealtwin.core.solid_figures import ClosingDepth, EndOfCrack, SolidFigures, Span, WeighedCavity
 
-JITTER_MM = 2e-4  # Step of the random shift of vertices after a failed build; the shift breaks coincidences
-MIN_CLOSED = 0.02  # Share of a crack whose funnel walls meet that gives a warning: at closed tips they always meet
-MAX_APART = 0.08  # Largest relative difference of the cavity from its sections; 31 drawn cracks have 0.05 at most
+JITTER_MM = 2e-4  # Increase of the random shift of vertices after each failed build. It separates coinciding vertices
+MIN_CLOSED = 0.02  # If funnel walls meet along more than this fraction of the crack, there is a warning
+MAX_APART = 0.08  # Largest relative difference of the cavity's volume from its sections. Drawn cracks have up to 0.05
 BENDS = (
     "The cavity has {:.2f} times the volume of its sections along the crack. The crack bends so sharply for its "
-    "width and tilt that parts of it meet, or that the ground beyond an end takes part of it. Look at crack.stl, and "
+    "width and tilt that parts of it meet, or overlap the material beyond an end. Look at crack.stl, and "
     'reduce wall_angle_deg or choose tilt = "vertical".'
 )
-# A table of depths may be shorter than the crack by this without a warning, since ends are as uncertain
+# A table of depths may be this much shorter than the crack without a warning, since ends are equally uncertain
 TABLE_SHORT_MM = 2.0
 ATTEMPTS = 6
-MIN_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's; less means that the crack leaves the sample
+MIN_FLOOR = 0.5  # If the floor of leaning walls has less than this fraction of the mouth's area, it leaves the sample
 SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
 
 
 def build_solid(outline: Outline, shape: CrackShape) -> Solid:
-    """Build the block minus its tilted cavity, with dams at open ends.
+    """Build the sample: a block minus the cavity with tilted walls, with dams at open ends.
 
     The solid is watertight and does not cross itself. z = 0 is the face. The walls follow the traced outline at the
-    mouth, or at the floor for a flare. Raises InputError if the outline crosses itself, leaves the block without an
-    open end, or encloses nothing. Raises InputError also if walls that open downward meet below the face.
+    mouth or, for a flare, at the floor. Raises InputError if the outline crosses itself, leaves the block without an
+    open end, or encloses nothing, or if walls that widen downward meet below the face.
     """
     if shape.fill is not None:
         raise ValueError("the shape has a weighed fill whose angles are not computed yet")
@@ -127,9 +127,9 @@ def with_weighed(solid: Solid, weighed: WeighedCavity) -> Solid:
 
 
 def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> Span | None:
-    """Return the cavity's volume at both ends of the width's 95 % interval.
+    """Return the cavity's volume for both ends of the width's 95 % interval.
 
-    Each wall moves as a whole, at any tilt. Returns None if the width has no interval.
+    Each wall is moved as a whole, without a change of its tilt. Returns None if the width has no interval.
     """
     if outline.width_95_mm is None:
         return None
@@ -141,7 +141,7 @@ def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> 
 
 
 def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[Fact]]:
-    """Return the shape with its depth table cut at the crack's end, and a warning if the table is too long or short."""
+    """Return the shape, and a warning if its depth table is too long or too short. A long table is cut."""
     s_mm = shape.depth_stations_mm
     differs = f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long. "
     if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
@@ -159,9 +159,10 @@ def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, l
 def _watertight(
     footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]
 ) -> tuple[Floats, Integers, MeshFigures, float]:
-    """Build the solid, tidy its mesh and check it.
+    """Build the solid, clean its mesh and check it.
 
-    If a check fails, shift the outline's vertices slightly and repeat.
+    If a check fails, the outline's vertices are shifted slightly, and the build is repeated. Returns vertices, (v, 3),
+    faces, (f, 3), figures of the mesh, and the size of the last shift in mm. Raises InputError if all builds fail.
     """
     rng, traced = np.random.default_rng(0), footprint.crack
     faults: list[str] = []

@@ -13,8 +13,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Booleans, FaceLabel, Floats, Integers
 from sealtwin.core.solid_figures import DamBox
 
-NEAR_MM = 5e-3  # Tolerance of a plane: tidying moves a vertex by at most one collapsed edge, 2e-3 mm
-CLEARANCE_MM = 0.5  # Least thickness of the sample between the crack and the block's side
+NEAR_MM = 5e-3  # Points this close to a plane are in it. Cleaning moves a vertex by about one collapsed edge, 2e-3 mm
+CLEARANCE_MM = 0.5  # Minimum thickness of the sample between the crack and the block's side
 DAM_THICKNESS_MM = 4.0
 DAM_OVERLAP_MM = 4.0  # Width of the block's side that a dam covers on each side of the opening, as tape does
 
@@ -22,7 +22,7 @@ DAM_OVERLAP_MM = 4.0  # Width of the block's side that a dam covers on each side
 def label_faces(
     vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float, bottom_mm: float
 ) -> Integers:
-    """Return a ``FaceLabel`` for each face, (f,), from the plane that it is in. Faces outside all planes are WALL."""
+    """Return a ``FaceLabel`` for each face, (f,), from the plane that contains the face. Faces in no plane are WALL."""
     corners, box = vertices_mm[faces], footprint.block_mm
     label = np.full(len(faces), FaceLabel.WALL, dtype=np.int64)
     for end in footprint.ends:
@@ -42,7 +42,7 @@ def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> Booleans:
     for side in range(4):
         in_plane = _within(corners_mm[:, :, side % 2], box_mm[side])
         outward = (normal[:, side % 2] < 0) == (side < 2)
-        # A dam's inner side is in the same plane and faces the crack.
+        # The inner side of a dam is in the same plane, but faces the crack.
         label[in_plane] = np.where(outward[in_plane], FaceLabel.OUTSIDE, FaceLabel.END)
         labelled |= in_plane
     return labelled
@@ -57,7 +57,7 @@ def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_
 
 
 def _within(coordinate: Floats, level: float) -> Booleans:
-    """Return True for the faces whose points, (f, n), are all in the plane."""
+    """Return True for the faces whose points are all at ``level``, (f,). ``coordinate`` is (f, n)."""
     return np.all(np.abs(coordinate - level) < NEAR_MM, axis=1)
 
 
@@ -75,9 +75,10 @@ def dam_box(plate_mm: Box, bottom_mm: float, top_mm: float, end: int | None = No
 
 
 def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:
-    """Return a plate over the openings at each open end.
+    """Return a plate over the opening at each open end.
 
-    Raises InputError if an open end does not reach the block's side, or if ``sections`` leave the block elsewhere.
+    Raises InputError if an open end does not reach the block's side, or if ``sections``, the horizontal sections of the
+    cavity, come close to the block's side elsewhere.
     """
     points = np.vstack([polygon for section in sections for polygon in section.to_polygons()])
     plates = []
@@ -95,7 +96,7 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
     upright = box_region((x_min + CLEARANCE_MM, y_min, x_max - CLEARANCE_MM, y_max))
     lying = box_region((x_min, y_min + CLEARANCE_MM, x_max, y_max - CLEARANCE_MM))
     covered = CrossSection.batch_boolean([box_region(plate.box_mm) for plate in plates], OpType.Add)
-    # A dam covers one side only, so the corners of the block are never behind one.
+    # A dam covers one side only, so the corners of the block are never behind a dam.
     safe = (upright ^ lying) + (covered.offset(CLEARANCE_MM, JoinType.Miter) ^ (upright + lying))
     if not any(pieces(section - safe) for section in sections):
         return tuple(plates)
@@ -108,7 +109,7 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
 
 
 def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
-    """Return the box of a plate outside the block's side. It covers an opening and its overlap, up to the corners."""
+    """Return the box of a plate outside the block's side. It covers an opening and an overlap, up to the corners."""
     along, across = 1 - side % 2, side % 2
     box_mm, opening_mm = np.array(block_mm, dtype=float), at_side[:, along]
     reach_mm = np.array([opening_mm.min() - DAM_OVERLAP_MM, opening_mm.max() + DAM_OVERLAP_MM])

@@ -1,4 +1,4 @@
-"""Clean the mesh after a boolean operation. Without it, rounding to float32 opens holes at edges of 1e-10 mm."""
+"""Clean a mesh after boolean operations, so that rounding to float32 opens no holes at edges as short as 1e-10 mm."""
 
 from collections import defaultdict
 
@@ -10,23 +10,24 @@ from digitise.geometry.mesh_topology import directed_edges, normals
 from sealtwin.core.records import Floats, Integers
 
 DUST_MM3 = 1e-3
-WELD_DIGITS = 5  # Vertices that agree to this many decimals of a mm are equal: float32's step at 160 mm
-NEEDLE_MM = 1e-7  # A triangle lower than this is a line: a thousandth of float32's step at 160 mm
-MAX_ROUNDS = 50  # Largest number of rounds that remove needles; a stack of needles needs one round for each
+WELD_DIGITS = 5  # Vertices that agree to this many decimals of a mm are joined. This is float32's step at 160 mm
+NEEDLE_MM = 1e-7  # A triangle with a smaller height is a needle: a thousandth of float32's step at 160 mm
+MAX_ROUNDS = 50  # Largest number of rounds that remove needles. Each needle of a stack may need a round
 SHORT_MM = 2e-3  # Shorter edges are collapsed: a hundredth of a particle's radius, 100 times float32's step at 160 mm
 ROUNDS = (1, 1, 2, 4)
-"""Length limit of each round of collapses, in multiples of SHORT_MM. Limits grow because a collapse shortens edges
-beside it, and a neighbour just above the limit may block a collapse."""
+"""Length limit of each round of collapses, in multiples of SHORT_MM. Limits grow because a collapse shortens the edges
+next to it, and because an edge just above the limit may block a collapse."""
 
 
 def tidy(body: Manifold) -> tuple[Floats, Integers]:
     """Return the cleaned mesh of a body: vertices, (v, 3) in mm, and faces, (f, 3).
 
-    Dust is dropped, vertices are welded, short edges are collapsed, and needles are merged.
+    Pieces smaller than ``DUST_MM3`` are dropped, equal vertices joined, short edges collapsed, and triangles without
+    height merged with their neighbours.
     """
     pieces = [piece for piece in body.decompose() if abs(piece.volume()) >= DUST_MM3]
     vertices, faces, alike = welded(*arrays_of(Manifold.compose(pieces)), WELD_DIGITS)
-    # Two faces on the same corners enclose nothing.
+    # Two faces with the same corners enclose nothing.
     faces = faces[np.bincount(alike)[alike] == 1]
     for limit in ROUNDS:
         if limit == 1 or len(_edges_below(vertices, faces, SHORT_MM / 2)):
@@ -42,9 +43,9 @@ def arrays_of(body: Manifold) -> tuple[Floats, Integers]:
 
 
 def welded(vertices: Floats, faces: Integers, digits: int) -> tuple[Floats, Integers, Integers]:
-    """Join vertices that are equal to ``digits`` decimals, and drop faces with fewer than three corners.
+    """Join vertices that are equal to ``digits`` decimals, and drop faces with fewer than three distinct corners.
 
-    Returns vertices, faces, and a number for each face, (f,), that is the same for faces on the same corners.
+    Returns vertices, faces, and a number for each face, (f,). Faces with the same corners have the same number.
     """
     first, group = trimesh.grouping.unique_rows(vertices, digits=digits)
     faces = group[faces]
@@ -70,7 +71,7 @@ def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
             users[vertex].add(row)
     for a, b in edges.tolist():
         shared = users[a] & users[b]
-        # The link condition: only the two faces of the edge itself may join a's neighbours to b's.
+        # The link condition: a and b may have only two common neighbours, the third corners of the edge's two faces.
         if len(shared) != 2 or len(np.intersect1d(faces[[*users[a]]], faces[[*users[b]]])) != 4:
             continue
         rest = {gone: sorted(users[gone] - shared) for gone in (a, b)}
@@ -87,7 +88,7 @@ def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
 def _swept_mm3(vertices: Floats, faces: Integers, gone: int, target: int, limit_mm: float) -> float:
     """Return the volume that is swept when the vertex ``gone`` moves to ``target``.
 
-    Returns inf if a face of some size would flip.
+    Returns inf if a face would flip. Faces too thin to have a reliable direction are ignored.
     """
     corners = vertices[faces]
     old, new = normals(corners), normals(vertices[np.where(faces == gone, target, faces)])
@@ -103,8 +104,8 @@ def _swept_mm3(vertices: Floats, faces: Integers, gone: int, target: int, limit_
 def without_needles(vertices_mm: Floats, faces: Integers) -> Integers:
     """Merge each triangle without height with the neighbour at its longest edge.
 
-    The triangle's third corner splits the neighbour. Manifold (3.5.4) removes such triangles on reading and may move
-    their neighbours: a block of 127,039 mm³ lost 226 mm³.
+    The triangle's third corner then splits the neighbour. The library Manifold (3.5.4) would remove such triangles on
+    reading and might move their neighbours: a block of 127,039 mm³ lost 226 mm³.
     """
     faces = faces.copy()
     for _ in range(MAX_ROUNDS):
@@ -119,7 +120,7 @@ def without_needles(vertices_mm: Floats, faces: Integers) -> Integers:
             p, q, b = np.roll(faces[needle], -edges_mm[needle].argmax()).tolist()
             other = face_of.get((q, p), needle)
             d = int(faces[other].sum()) - p - q
-            # Each face is turned once in a round; the rest follow in the next.
+            # Each face is changed at most once in a round. Other needles follow in the next round.
             if b == d or turned & {needle, other} or {(b, d), (d, b)} & face_of.keys():
                 continue
             face_of[b, d] = needle

@@ -28,27 +28,27 @@ from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
-ON_SIDE_MM = 0.01  # Tolerance of a point on the block's side: the outline's file rounds to a thousandth of it
-# Length of straight walls beyond an end, added to the tilt's shift, so that the end itself stays undisturbed
+ON_SIDE_MM = 0.01  # A point this close to the block's side is on it
+# Length of straight walls beyond a flat end (run-out), in addition to the shift of the walls by the tilt
 RUN_OUT_MM = 5.0
-CLEAR_MM = 0.1  # Least ground between a cut end's run-out and another part of the crack, and least run-out
-HEADING_MM = 5.0  # Length of centreline that gives an end its direction: long against pixels, short against bends
-NEAR_WIDTHS = 2.0  # The same length in widths, if the crack turns by over 60 degrees within that length
+CLEAR_MM = 0.1  # Minimum thickness between a cut end's run-out and another part of the crack, and minimum run-out
+HEADING_MM = 5.0  # Length of centreline that defines an end's direction: long against pixels, short against bends
+NEAR_WIDTHS = 2.0  # The same length in widths, used instead if the crack turns by over 60 degrees near its end
 TURNOVER_DEG = 60.0  # Angle from straight ahead beyond which a part of a blunt tip belongs to only one wall
 STATION_MM = 1.0  # Spacing of the floor's corners along and across the crack: a third of the paper's width
-SMOOTHED_STATIONS = 1.0  # Sigma of a Gaussian that smooths the centreline, whose noise would turn the lines across it
-ROOM_MM = 10.0  # Margin of the floor around the block: a dam is 4 mm thick
+SMOOTHED_STATIONS = 1.0  # Sigma of a Gaussian that smooths the centreline, so that noise does not turn its normals
+ROOM_MM = 10.0  # Margin of the floor around the block. A dam is 4 mm thick
 
 
 @dataclass(frozen=True)
 class CrackEnd:
-    """One end of the crack. It is a tip, or it is flat: open at the block's side, or cut by a wall across the crack."""
+    """One end of the crack. It is closed (a tip) or flat. A flat end is open at the block's side, or cut by a wall."""
 
     number: int  # 0 for the end at s = 0, 1 for the far end
     kind: EndKind
     left_mm: Floats
     right_mm: Floats
-    outward: Floats  # Unit vector in which the crack leaves, (2,)
+    outward: Floats  # Unit vector along the crack, out of its end, (2,)
 
     @property
     def centre_mm(self) -> Floats:
@@ -66,8 +66,8 @@ class CrackEnd:
 
     @property
     def run_out(self) -> Floats:
-        """Outward vector, scaled so that its component square to a flat end is one, (2,)."""
-        # An end oblique by more than 80 degrees is a side of the crack and needs no longer run-out.
+        """``outward`` scaled so that its component square to a flat end is 1, (2,)."""
+        # The scale is limited for ends that are oblique by more than 80 degrees.
         return self.outward / max((self.facing @ self.outward), 0.17)
 
     @property
@@ -86,23 +86,23 @@ def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
         corners_mm = outline.left_wall_mm[-number], outline.right_wall_mm[-number]
         end = CrackEnd(number, outline.ends[number], *corners_mm, outward)
         near = end.facing if end.kind == "cut" else near
-        # A crack that turns just before its end leaves as it runs there.
+        # If the crack turns just before its end, the direction after the turn is used.
         ends.append(end if outward @ near > 0.5 else replace(end, outward=near))
     return ends[0], ends[1]
 
 
 @dataclass(frozen=True)
 class Sides:
-    """Division of the walls into left and right by the centreline, also on a side crack or an island."""
+    """Division of all walls, also of side cracks and islands, into left and right of the centreline."""
 
     walk_mm: Floats  # Centreline, extended straight past both ends, (n, 2)
     tips: tuple[CrackEnd, ...]  # Closed ends, at which the two walls join
     tip_reach_mm: float
 
     def left_share(self, place_mm: Floats, outward: Floats) -> Floats:
-        """Return the share of the left wall at each point, (n,): 1 on the left wall and 0 on the right wall.
+        """Return a weight for each point of the walls, (n,): 1 on the left wall and 0 on the right wall.
 
-        Around a tip the share changes from one to the other. ``outward``, (n, 2), points out of the crack.
+        Around a tip the weight changes gradually from 1 to 0. ``outward``, (n, 2), points out of the crack.
         """
         _, nearest = KDTree(self.walk_mm).query(place_mm)
         leftward = ((place_mm - self.walk_mm[nearest]) * left_normals(self.walk_mm)[nearest]).sum(axis=1)
@@ -116,7 +116,7 @@ class Sides:
 
 
 def sides(outline: Outline, run_out_mm: float) -> Sides:
-    """Divide the walls of an outline whose pieces extend up to ``run_out_mm`` beyond its ends."""
+    """Divide the walls of a crack, which extend up to ``run_out_mm`` beyond the outline's ends, into left and right."""
     centre, (first, last) = outline.centreline_mm, crack_ends(outline)
     beyond = np.arange(1.0, run_out_mm + 1.0)[:, None]
     walk_mm = np.vstack([centre[0] + beyond[::-1] * first.outward, centre, centre[-1] + beyond * last.outward])
@@ -130,7 +130,7 @@ class Floor:
 
     corners_mm: Floats  # (n, 2)
     depth_mm: Floats  # (n,)
-    bottom_mm: float  # Height, negative, of the underside of the ground below the floor
+    bottom_mm: float  # Height of the underside of the block, which is negative
 
     def depth_at_mm(self, place_mm: Floats) -> Floats:
         """Return the depth of the floor below points on the face, (n,)."""
@@ -138,7 +138,7 @@ class Floor:
 
     @cached_property
     def ground(self) -> Manifold:
-        """Body of everything below the floor."""
+        """Body of the material below the floor."""
         count = len(self.corners_mm)
         top = self._triangles.simplices.astype(np.int64)
         a, b = open_edges(top).T
@@ -157,9 +157,9 @@ class Floor:
 class Footprint:
     """Regions of the solid in plan view, at the level of the traced walls."""
 
-    crack: CrossSection  # Crack, extended past flat ends; each of its edges is a wall
+    crack: CrossSection  # Crack, extended past flat ends. Each of its edges is a wall
     block_mm: Box
-    stoppers: CrossSection  # Solid ground beyond cut ends, inside the block
+    stoppers: CrossSection  # Solid material beyond cut ends, inside the block
     ends: tuple[CrackEnd, ...]  # Flat ends
     lean: Floats  # Unit vector from the mouth to the floor, if the walls lean, (2,)
     sides: Sides
@@ -174,7 +174,8 @@ class Footprint:
 def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     """Prepare the outline for its solid. The tilt may shift walls by up to ``spread_mm`` to either side.
 
-    Raises InputError if the crack is not on the face, or if an end does not fit the face or the rest of the crack.
+    Raises InputError if the crack is not on the face, if an open end is not at the edge of the face, or if the crack
+    touches its own cut end.
     """
     ring, width_mm = outline.outline_mm, outline.mean_width_mm
     traced, crossing_warnings = traced_region(ring, outline.islands_mm)
@@ -185,15 +186,15 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     ends = tuple(_on_side(end, ring, block_mm, width_mm) if end.kind == "open" else end for end in ends)
     reach_mm = spread_mm + RUN_OUT_MM + width_mm
     opens = shape.tilt in ("flare", "undercut")
-    # A funnel's run-out closes from its far end too, and that of a lean moves.
+    # The run-out of a funnel also narrows from its far end, and the run-out of leaning walls moves.
     least_reach_mm = CLEAR_MM + spread_mm * (not opens)
-    # Farther from an end than this and its width, the tilt moves no part of a straight crack into its stopper.
+    # In a straight crack, the tilt moves no part into the stopper that is farther from the end than this plus a width.
     near_mm = max(spread_mm * (1 + opens), 5 * CLEAR_MM)
     grown_mm = spread_mm * opens + CLEAR_MM / 2
     steps_mm = np.arange(0.0, spread_mm * (shape.tilt == "lean") + CLEAR_MM / 2, CLEAR_MM / 2)
 
     def swept(part: CrossSection) -> CrossSection:
-        """Return the region that a part of the crack covers at any depth, with some clearance."""
+        """Return the union of the regions that a part of the crack covers at all depths, with some clearance."""
         part = part.simplify(CLEAR_MM / 4)
         moved = [part.translate((x, y)) for x, y in steps_mm[:, None] * lean]
         return CrossSection.batch_boolean(moved, OpType.Add).offset(grown_mm, JoinType.Square)
@@ -220,7 +221,10 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
 
 
 def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> CrackEnd:
-    """Return an open end with its corners where the outline meets the block's side."""
+    """Return an open end with its corners at the points where the outline meets the block's side.
+
+    Raises InputError if the end is far inside the face.
+    """
     side = nearest_side(end.centre_mm, block_mm)
     away_mm = abs(end.centre_mm[side % 2] - block_mm[side])
     if away_mm > width_mm:
@@ -228,9 +232,9 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
             f"End {end.number + 1} is open, but it is {away_mm:.1f} mm inside the face. Move it to the edge of the "
             "face, or make it closed or cut."
         )
-    # The walls' first stations are square to the centreline, and those of an oblique crack miss the block's side.
+    # The first stations of the walls are square to the centreline. If the crack is oblique, they are not on the side.
     at_side = ring_mm[np.abs(ring_mm[:, side % 2] - block_mm[side]) < ON_SIDE_MM]
-    # An end as oblique as 10 degrees to the side opens over six widths of it.
+    # An end at 10 degrees to the side opens over six crack widths of the side.
     at_side = at_side[np.linalg.norm(at_side - end.centre_mm, axis=1) < 6 * width_mm]
     if len(at_side) < 2:
         return end
@@ -245,11 +249,11 @@ def _beyond(
     reaches_mm: tuple[float, float],
     swept: Callable[[CrossSection], CrossSection],
 ) -> tuple[CrossSection, CrossSection]:
-    """Return the run-out of a flat end, and its stopper: the ground beyond a cut, which fills the tilted run-out.
+    """Return the run-out of a flat end, and its stopper: the material beyond a cut, which fills the tilted run-out.
 
-    Other parts of the crack, which the tilt moves as in ``swept``, are cut out of the stopper. This includes parts
-    farther than ``near_mm`` that only the tilt takes there. The shorter of the two reaches is used if other parts are
-    just beyond the end. Raises InputError if the crack touches its own end.
+    Other parts of the crack are cut out of the stopper, at all positions to which the tilt moves them (``swept``). This
+    includes parts farther than ``near_mm`` that only the tilt moves into the stopper. If other parts are just beyond
+    the end, the shorter of the two reaches is used. Raises InputError if the crack touches its own end.
     """
     (x, y), touching_mm2, width_mm = end.centre_mm, 0.0, np.linalg.norm(end.left_mm - end.right_mm)
     for reach_mm in reaches_mm:
@@ -257,7 +261,7 @@ def _beyond(
         if end.kind == "open":
             return run_out, CrossSection()
         oblique = np.linalg.norm(end.run_out)
-        # The run-out of an oblique cut drifts sideways.
+        # The run-out of an oblique cut moves sideways.
         side = reach_mm * (1 + oblique) * end.across
         stopper = _strip(end.right_mm - side, end.left_mm + side, (reaches_mm[0] + reach_mm) * end.facing)
         around = CrossSection.circle(float(oblique * (near_mm + width_mm))).translate((x, y))
@@ -271,19 +275,22 @@ def _beyond(
             return run_out, CrossSection.batch_boolean([stopper, *apart], OpType.Subtract)
         touching_mm2 = sum((room ^ filled).area() for _, room in parts)
     raise InputError(
-        f"The crack is cut at ({x:.1f}, {y:.1f}) mm, but it bends back there: its other parts, with their tilt, take "
-        f"{touching_mm2:.1f} mm² of the ground that closes that end. Move the end away from the crack's other parts, "
+        f"The crack is cut at ({x:.1f}, {y:.1f}) mm, but it bends back there: with their tilt, its other parts cover "
+        f"{touching_mm2:.1f} mm² of the wall that closes this end. Move the end away from the crack's other parts, "
         "in ends_px or with 'sealtwin trace'."
     )
 
 
 def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
-    """Return the region that the line between two points covers when it moves by ``step_mm``."""
+    """Return the region that the line between two points covers when the line moves by ``step_mm``."""
     return CrossSection([np.array([right_mm, right_mm + step_mm, left_mm + step_mm, left_mm])], FillRule.NonZero)
 
 
 def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
-    """Return the unit vector square to the crack's chord, (2,). The chord has the mean direction of the crack."""
+    """Return the unit vector from mouth to floor, (2,). It is square to the line between the crack's ends.
+
+    Raises InputError if leaning walls are chosen and the crack ends where it began.
+    """
     chord_mm = centreline_mm[-1] - centreline_mm[0]
     length_mm = np.linalg.norm(chord_mm)
     if shape.tilt == "lean" and length_mm < 0.05 * arc_length(centreline_mm)[-1]:
@@ -292,7 +299,7 @@ def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
 
 
 def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, lean: Floats, spread_mm: float) -> Box:
-    """Return the bounding box of mouth and floor with a margin, except on the sides of open ends."""
+    """Return the bounding box of mouth and floor with a margin. Sides with open ends have no margin."""
     box = np.concatenate([ring_mm.min(axis=0), ring_mm.max(axis=0)])
     reached_mm = np.vstack([ring_mm, ring_mm + spread_mm * (shape.tilt == "lean") * lean])
     around_mm = shape.margin_mm + spread_mm * (shape.tilt in ("flare", "undercut"))
@@ -304,16 +311,17 @@ def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, l
 
 
 def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm: Box) -> Floor | None:
-    """Return the floor of a table of depths, or None if the depth is the same everywhere.
+    """Return the floor for a table of depths. None if the depth is constant.
 
-    Each point has the depth of the centreline's nearest station. The cavity extends up to ``reach_mm`` from the line.
+    Each point has the depth at the nearest point of the centreline. The cavity extends up to ``reach_mm`` from that
+    line.
     """
     s_mm, line_mm = _stations(centreline_mm, shape)
     if np.ptp(shape.depth_at_mm(s_mm)) == 0:
         return None
     own_mm = arc_length(line_mm)
     across_mm = np.arange(-np.ceil(reach_mm / STATION_MM), np.ceil(reach_mm / STATION_MM) + 1) * STATION_MM
-    # The bend of the line continues at its ends.
+    # At its ends, the line continues with the same curvature.
     along = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1)
     square = to_left(along) / np.linalg.norm(along, axis=1)[:, None]
     places_mm = (line_mm[:, None] + across_mm[:, None] * square[:, None]).reshape(-1, 2)
@@ -328,13 +336,13 @@ def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm:
 
 
 def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]:
-    """Return arc lengths, (n,), including those of the depth table, and the smoothed centreline at them, (n, 2)."""
+    """Return stations, (n,), including the depth table's stations, and the smoothed centreline at them, (n, 2)."""
     s_mm = arc_length(centreline_mm)
     even_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] / STATION_MM)))
     smooth_mm = smoothed(at_arc_length(centreline_mm, s_mm, even_mm), SMOOTHED_STATIONS)
     table_mm = shape.depth_stations_mm
     table_mm = table_mm[(table_mm > 0) & (table_mm < s_mm[-1])]
-    # The table's own stations replace those next to them.
+    # Stations of the table replace the even stations next to them.
     clear = (np.abs(even_mm[:, None] - table_mm) > STATION_MM / 4).all(axis=1)
     clear[[0, -1]] = True
     stations_mm = np.union1d(even_mm[clear], table_mm)

@@ -1,7 +1,7 @@
 """Compute upright sections of a cavity at the stations of its outline, and horizontal sections at any depth.
 
-An upright section consists of two straight walls and a floor, less stones. Horizontal sections give the volume of a
-weighed fill, and detect walls that meet.
+An upright section is bounded by two straight walls and a floor. Stones in it are subtracted. Horizontal sections give
+the volume of a weighed fill, and detect walls that meet.
 """
 
 import numpy as np
@@ -16,24 +16,24 @@ from digitise.solid.footprint import Footprint
 from digitise.solid.wedges import Stretch, tilted_walls, wall_shifts_mm
 from sealtwin.core.records import Floats, Outline, Sections
 
-SAMPLES = 256  # Samples of the line from wall to wall among stones: a stone's side is right to 0.2 % of the width
-UPRIGHT = 1e-9  # Least slope to divide by, used for an upright wall
-STONE_STEP_MM = 0.05  # Spacing of points on a stone's side, accurate to a thousandth from 1 mm away
-ARC_SEGMENTS = 128  # Segments of a full turn of a rounded offset corner: its area is right to 0.04 %
+SAMPLES = 256  # Samples of the line from wall to wall, for stones. A stone's side is right to 0.2 % of the width
+UPRIGHT = 1e-9  # Smallest slope to divide by. It replaces the slope of an upright wall
+STONE_STEP_MM = 0.05  # Spacing of points on a stone's side. Distances of 1 mm or more are right to 0.1 %
+ARC_SEGMENTS = 128  # Segments per full turn of a rounded offset corner. Its area is right to 0.04 %
 
 
 def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
-    """Return the sections at the outline's stations: two straight walls from the face to the floor, less stones.
+    """Return the sections at the outline's stations: areas between two straight walls and the floor, minus stones.
 
-    Their integral along the crack is the cavity without side cracks, without the part around a tip, and without the
-    excess in a bend.
+    Their integral along the crack is approximately the cavity's volume. It omits side cracks, the part around a tip,
+    and the additional volume in a bend.
     """
     s_mm, width_mm = outline.s_mm, outline.width_mm
     depth_mm, closing = shape.depth_at_mm(s_mm), _slopes(shape).sum()
     if shape.tilt == "undercut":
         closing = -closing
     if shape.tilt == "flare":
-        # The traced width is that at the deepest level; a shallower floor is wider.
+        # The traced width is the width at the deepest level. A shallower floor is wider.
         mouth_mm, open_mm = width_mm + closing * shape.deepest_mm, depth_mm
     else:
         mouth_mm, open_mm = width_mm, np.minimum(depth_mm, width_mm / max(closing, UPRIGHT))
@@ -44,15 +44,15 @@ def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
 
 
 def _slopes(shape: CrackShape) -> Floats:
-    """Return how far the left and the right wall move sideways for each millimetre of depth, (2,)."""
+    """Return by how many mm the left and the right wall move sideways for each mm of depth, (2,)."""
     return np.tan(np.radians(shape.wall_angles_deg)) * (shape.tilt in AGAINST_EACH_OTHER)
 
 
 def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats:
-    """Return the area of each section that stones fill, (n,).
+    """Return the area in mm² that stones fill in each section, (n,).
 
-    Stones in a flare narrow upward from the deepest level, and stones in an undercut narrow downward. Stones in a
-    funnel grow downward, also beyond their own ends.
+    Stones narrow upward from the deepest level in a flare, and downward in an undercut. In a funnel they widen
+    downward, also along the crack.
     """
     rings = [np.vstack([ring, ring[:1]]) for ring in outline.islands_mm]
     side_mm = np.vstack([resampled(ring, STONE_STEP_MM) for ring in rings])
@@ -64,7 +64,7 @@ def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats
     place_mm = outline.left_wall_mm[:, None] + share[:, None] * across_mm[:, None]
     away_mm, nearest = KDTree(side_mm).query(place_mm)
     inside = np.any([points_in_poly(place_mm.reshape(-1, 2), ring) for ring in rings], axis=0).reshape(away_mm.shape)
-    # Height over which the side of the nearest stone moves by the distance from it.
+    # Height over which the side of the nearest stone moves as far as the point is away from it.
     height_mm = away_mm / np.where(to_left.sum(axis=1) > 0, left, right)[nearest]
     if shape.tilt == "funnel":
         open_mm = np.minimum(depth_mm[:, None], np.minimum(share * width_mm / left, (1 - share) * width_mm / right))
@@ -76,7 +76,7 @@ def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats
 
 
 class Slicer:
-    """Compute horizontal sections of the cavity, inside the block, at any depth. Cut ends are closed."""
+    """Computes horizontal sections of the cavity inside the block at any depth. Cut ends are closed."""
 
     def __init__(self, footprint: Footprint, shape: CrackShape) -> None:
         self._footprint = footprint
@@ -97,9 +97,9 @@ class Slicer:
         return section if floor is None else section - floor.ground.slice(-depth_mm)
 
     def meets_below(self) -> bool:
-        """Return True if parts of the crack meet below the face, which leaves a hanging stone or a bridge.
+        """Return True if parts of the crack meet below the face, so that a stone hangs free or a bridge remains.
 
-        A spike that ends above the floor is neither of these.
+        A spike of material that ends above the floor is allowed.
         """
         block = self._footprint.block
         face, floor = self.between_walls(0.0), self.between_walls(self._shape.deepest_mm)
@@ -117,7 +117,7 @@ class Slicer:
         if share <= 0:
             return crack
         if self._stretches:
-            # All have the same orientation, so overlaps add up.
+            # All rings have the same orientation, so overlapping rings are united.
             rings = [np.vstack([ring, (ring + share * (moved - ring))[::-1]]) for ring, moved in self._stretches]
             walls = CrossSection(rings, FillRule.NonZero)
             return crack + walls if outward else crack - walls
@@ -125,6 +125,6 @@ class Slicer:
 
 
 def _matched(region: CrossSection, within: CrossSection) -> bool:
-    """Return True if each piece of a region contains exactly one piece of a smaller region."""
+    """Return True if each piece of a region overlaps exactly one piece of the region ``within``."""
     smaller = pieces(within)
     return all(sum(bool(pieces(piece ^ other)) for other in smaller) == 1 for piece in pieces(region))

@@ -1,7 +1,7 @@
 """Cut the tilted cavity out of the block with unions of wedges. Every wall face has exactly the tilt's angle.
 
-Wedges are triangles swept along a wall. They are united before they are subtracted, because subtracting them one by one
-leaves fins.
+A wedge is a triangle that is swept along a wall. All wedges are united before they are subtracted. Subtracting them one
+by one would leave fins.
 """
 
 import numpy as np
@@ -14,9 +14,10 @@ from digitise.solid.dams import Dam
 from digitise.solid.footprint import Footprint
 from sealtwin.core.records import Floats
 
-MITRE_DEG = 8.0  # Angle of a fan's facets: tangent to the true cone, they add 0.08 % to a rough cavity; 10° adds 0.1 %
-BELOW_MM = 1.0  # Overlap of bodies that end at another body: coincident planes would leave slivers
-Stretch = tuple[Floats, Floats]  # Corners of a wall, (n, 2), repeated in a fan, and their positions at the other level
+MITRE_DEG = 8.0  # Angle of a facet of a fan at a corner. The facets add 0.08 % to a rough cavity, and with 10°, 0.1 %
+BELOW_MM = 1.0  # Overlap of bodies that end at another body. Coincident planes would leave slivers
+# Part of a wall: its corners, (n, 2), repeated at a fan, and their positions at the other end of the depth, (n, 2)
+Stretch = tuple[Floats, Floats]
 
 
 def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
@@ -26,14 +27,14 @@ def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
 
 
 def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
-    """Return the walls that have an angle. Walls of a flare rise from its floor, other walls go down from the mouth."""
+    """Return the tilted walls. The walls of a flare go up from its floor, and other walls go down from the mouth."""
     left_mm, right_mm = wall_shifts_mm(shape)
     outward = -1.0 if shape.tilt == "funnel" else 1.0
     stretches = []
     for ring in footprint.crack.to_polygons():
         onward = np.roll(ring, -1, axis=0)
         step = onward - ring
-        # Inward normal of each edge, from its point to the next: the region is on the ring's left.
+        # Normal of the edge from each point to the next. It points inward, because the region is on the ring's left.
         normal = to_left(step) / np.linalg.norm(step, axis=1)[:, None]
         shift_mm = np.full(len(ring), left_mm)
         if left_mm != right_mm:
@@ -57,7 +58,7 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch
         fan, next_fan = fans[i], fans[j]
         shift = inward_mm[i] * normal[i]
         if inward_mm[i] == 0:
-            # After a wall that does not move, a fan is a stretch of its own.
+            # After a wall that does not move, a fan is a separate stretch.
             stretches.append(([], []))
         elif i == 0 or fan is None or inward_mm[i - 1] == 0:
             stretches.append(([ring[i]], [ring[i] + shift if fan is None else fan[-1]]))
@@ -72,24 +73,24 @@ def _fan(corner: Floats, before: Floats, after: Floats, turn: float, from_mm: fl
     count = max(1, int(np.ceil(abs(turn) / np.radians(MITRE_DEG))))
     first = np.arctan2(before[1], before[0])
     if from_mm != to_mm:
-        # At a tip the shift changes smoothly from that of one wall to that of the other, tangent to both.
+        # At a tip, the shift changes smoothly from one wall's shift to the other's.
         way = np.linspace(0.0, 1.0, count + 1)
         angle, away_mm = first + way * turn, from_mm + (to_mm - from_mm) * (1 - np.cos(np.pi * way)) / 2
         return corner + away_mm[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     if count == 1:
-        # Symmetric in both normals, so that the point is exactly the same from either side.
+        # The formula is symmetric in both normals, so that both walls get exactly the same point.
         return corner + from_mm * ((before + after) / (1 + before @ after))[None]
-    # Corners of the tangent polygon of a circle.
+    # The positions are the corners of a polygon around a circle.
     half = turn / count / 2
     middle = first + half * (2 * np.arange(count) + 1)
     return corner + from_mm / np.cos(half) * np.column_stack([np.cos(middle), np.sin(middle)])
 
 
 def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> Manifold:
-    """Return the sample in mm, including dams, before its mesh is tidied."""
+    """Return the body of the sample in mm, including dams. Its mesh still has to be cleaned."""
     depth_mm = shape.deepest_mm
     bottom_mm = -(depth_mm + shape.floor_thickness_mm)
-    # Made first, since Manifold sorts the triangles of a boolean by the age of its bodies.
+    # The order matters: Manifold sorts the triangles of a boolean by the age of its bodies.
     ground = footprint.floor.ground if footprint.floor else Manifold()
     block = prism(footprint.block, bottom_mm, 0.0)
     shaft = prism(footprint.crack, -depth_mm - (BELOW_MM if footprint.floor else 0.0), 0.0)
@@ -101,7 +102,7 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     elif shape.tilt == "flare":
         shaft += _wedges(footprint, shape, edge_z_mm=-depth_mm, far_z_mm=0.0)
     elif shape.tilt == "undercut":
-        # A wedge of a wall that moves outward faces the right way if it goes up: the body is turned over afterwards.
+        # Wedges of walls that move outward have the right orientation if they go up. The body is mirrored afterwards.
         shaft += _wedges(footprint, shape, edge_z_mm=0.0, far_z_mm=depth_mm).mirror((0.0, 0.0, 1.0))
     elif shape.tilt == "funnel":
         walls = _wedges(footprint, shape, edge_z_mm=0.0, far_z_mm=-depth_mm)
@@ -110,7 +111,7 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     sample = block - shaft
     walls += ground
     if not walls.is_empty():
-        # Wedges of the run-outs extend beyond the block's sides, where only dams belong.
+        # Wedges of the run-outs extend beyond the block's sides and are cut off there.
         sample = (sample + walls) ^ block
     for plate in plates:
         sample += prism(box_region(plate.box_mm), bottom_mm, shape.dam_height_mm)
@@ -120,19 +121,19 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
 def _wedges(footprint: Footprint, shape: CrackShape, edge_z_mm: float, far_z_mm: float) -> Manifold:
     """Return the body between the walls at ``edge_z_mm`` and their shifted positions at ``far_z_mm``."""
     pieces = [_wedge(stretch, edge_z_mm, far_z_mm) for stretch in tilted_walls(footprint, shape)]
-    # Neighbours on the ring are united first, which keeps every boolean small.
+    # Neighbours on the ring are united first, so that every boolean is small.
     while len(pieces) > 1:
         pieces = [Manifold.batch_boolean(pieces[i : i + 2], OpType.Add) for i in range(0, len(pieces), 2)]
         for piece in pieces:
-            # Manifold evaluates lazily, and all at once is three times slower here.
+            # This makes Manifold compute the union now. Computing all at the end is three times slower.
             piece.num_tri()
     return pieces[0] if pieces else Manifold()
 
 
 def _wedge(stretch: Stretch, edge_z_mm: float, far_z_mm: float) -> Manifold:
-    """Return a row of wedges end to end, as back, slope and base, with a triangle at either end."""
+    """Return a row of connected wedges: a back, a slope and a base along the wall, and a triangle at each end."""
     corners, moved = stretch
-    # A fan has many moved places of one corner.
+    # A fan has several moved positions for the same corner.
     fresh = np.concatenate([[True], (corners[1:] != corners[:-1]).any(axis=1)])
     count = int(fresh.sum())
     edge = np.cumsum(fresh) - 1

@@ -1,7 +1,7 @@
-"""Serve the trace page, which shows photos one after the other in this machine's browser and takes the user's hints.
+"""Serve the trace page, which shows photos one after the other in this machine's browser and reads the user's hints.
 
-The page writes no file itself. A gate checks every request before its body is read. The standard library's server is
-used because a web framework would add dependencies for two routes.
+The page writes no files. Every request is checked before its body is read. The standard library's server is used
+because a web framework would add dependencies for two routes.
 """
 
 import json
@@ -48,7 +48,7 @@ SECURITY_HEADERS = {
     # The address contains the token.
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
-    # A browser's idle connections would delay the end.
+    # Idle connections of a browser would delay the end of the program.
     "Connection": "close",
 }
 
@@ -61,7 +61,8 @@ MEDIA_TYPES = {
 }
 TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
 
-# Function that saves hints and shape, and returns the texts of the last view. The page shows an InputError or OSError.
+# Function that saves hints and shape, and returns texts for the page to show. The page also shows an InputError or
+# OSError.
 Save = Callable[[Hints, Shape], dict[str, Any]]
 
 
@@ -71,22 +72,22 @@ class Opened(NamedTuple):
     session: TraceSession
     save: Save
     facts: dict[str, Any]
-    """Further fields of the page's initial state."""
+    """Additional fields of the page's initial state."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A photo that the page can show."""
+    """A photo in the page's list."""
 
     name: str
     open: Callable[[], Opened]
     """Function that reads the photo. It raises InputError for a bad photo."""
     done: Callable[[], bool]
-    """Function that returns True if the trial file has the crack's ends."""
+    """Function that returns True if the crack's ends are in the trial file."""
 
 
 class Question(Settings):
-    """A request to trace the crack with these hints."""
+    """A request to trace the crack with hints, up to the step ``until``."""
 
     hints: Hints
     revision: Annotated[float, Field(ge=0)]
@@ -107,11 +108,11 @@ class Turn(Settings):
 
 
 class RequestGate:
-    """Check requests: the token in the page's address, the host name, and the origin."""
+    """Checks requests: the token in the page's address, the host name, the origin, and the size."""
 
     def __init__(self, port: int) -> None:
         self.token = secrets.token_urlsafe(32)
-        # Another name belongs to a foreign site that resolves to this machine (DNS rebinding).
+        # Any other host name belongs to a foreign site that resolves to this machine (DNS rebinding).
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     def refuses(self, method: str, target: str, headers: Message) -> tuple[HTTPStatus, str] | None:
@@ -123,7 +124,7 @@ class RequestGate:
             return HTTPStatus.FORBIDDEN, "the address does not contain the token that 'sealtwin trace' printed"
         if method != "POST":
             return None
-        # Pages of other sites can post here; browsers then name that site.
+        # Pages of other sites can post here. Browsers then state that site as the origin.
         if headers["Origin"] not in {f"http://{host}" for host in self._hosts}:
             return HTTPStatus.FORBIDDEN, "the request comes from another page"
         length = headers.get("Content-Length", "")
@@ -133,11 +134,11 @@ class RequestGate:
 
 
 class TracePage(ThreadingHTTPServer):
-    """Serve the photos on 127.0.0.1 until the user quits, or has saved the only photo."""
+    """Server of the photos on 127.0.0.1. It ends when the user quits or, if there is only one photo, saves it."""
 
-    # A thread that is inside a native library at the interpreter's end would crash the process.
+    # A thread that is in a native library when the interpreter ends would crash the process.
     daemon_threads, block_on_close = False, True
-    # A browser opens several connections at once, and retries those that find the queue full a second later.
+    # A browser opens several connections at once. If the queue is full, it waits a second before it tries again.
     request_queue_size = 32
 
     def __init__(self, sheets: Sequence[Sheet], port: int = 0) -> None:
@@ -178,7 +179,7 @@ class TracePage(ThreadingHTTPServer):
         Every user of the machine can see a browser's arguments, so the token must not be one of them.
         """
         with TemporaryDirectory(prefix="sealtwin-", ignore_cleanup_errors=True) as folder:
-            # The folder is the user's alone, by its mode.
+            # Only this user can read the folder.
             door = Path(folder) / "trace.html"
             door.write_text(DOOR.format(url=self.url), encoding="utf-8")
             door.chmod(0o600)
@@ -219,7 +220,7 @@ class TracePage(ThreadingHTTPServer):
         return self._files.get(name or "page.html")
 
     def post(self, name: str, body: bytes) -> Iterator[Answer] | None:
-        """Return lines of JSON, each to be sent at once. None for an unknown name. Raises ValueError for a bad body."""
+        """Yield answers, each of which is sent at once. None for an unknown name. Raises ValueError for a bad body."""
         try:
             if name == "trace":
                 return self._traced(Question.model_validate_json(body))
@@ -246,7 +247,7 @@ class TracePage(ThreadingHTTPServer):
             yield {"refused": str(fault)}
             return
         except OSError as fault:
-            # The page keeps its points when the disk is full or the folder is read-only.
+            # If the disk is full or the folder is read-only, the points stay on the page.
             yield {"refused": f"{fault.filename}: {fault.strerror}. Make the folder writable, and save again."}
             return
         self.saved.append(saved)
@@ -274,7 +275,7 @@ class TracePage(ThreadingHTTPServer):
         self._ended.set()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        # Clients that disconnect or do not speak HTTP are ignored; a bug keeps its traceback.
+        # Clients that disconnect or do not use HTTP are ignored. A bug prints its traceback.
         if not isinstance(sys.exception(), OSError):
             traceback.print_exc()
 
@@ -315,15 +316,15 @@ class _Visit(BaseHTTPRequestHandler):
         self.wfile.write(b"0\r\n\r\n")
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Answer with the reason in JSON and the security headers, which the standard library's page lacks."""
-        # Without a version in the request, the library would send no headers.
+        """Answer with the reason in JSON, and with the security headers, which the standard library would not send."""
+        # If the request has no version, the library would send no headers.
         self.request_version = self.protocol_version
         body = json.dumps({"error": message or HTTPStatus(code).phrase}).encode()
         self._begin(code, "application/json", {"Content-Length": str(len(body))})
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Log nothing, because the lines of requests contain the token."""
+        """Write no log, because the addresses of requests contain the token."""
 
     @property
     def _page(self) -> TracePage:

@@ -1,4 +1,4 @@
-"""State of the trace page: one photo in tiles, and its scale, path and walls for the current hints."""
+"""State of the trace page: a photo in tiles, and its scale, path and walls for the current hints."""
 
 import io
 from collections.abc import Callable, Iterator
@@ -39,8 +39,8 @@ from sealtwin.core.records import Floats, Outline
 from sealtwin.core.settings import Settings, checked
 
 TILE_PX = 512
-JPEG_QUALITY = 92  # Blocks of a lower JPEG quality look like grain when enlarged
-UNSCALED_MM_PER_PX = 1.0  # Scale of a photo without one, so that lengths in mm are lengths in px
+JPEG_QUALITY = 92  # With lower JPEG quality, blocks look like grain when enlarged
+UNSCALED_MM_PER_PX = 1.0  # Scale that is used if a photo has none, so that lengths in mm are lengths in px
 CHOOSE = "{count} lines may be the crack: click the number of the right one, or press its key."
 CHOOSE_ONE = "This line may be the crack: click its number, press its key, or click the crack's ends."
 Answer = dict[str, Any]
@@ -49,16 +49,16 @@ Until = Literal["scale", "path", "walls"]
 
 
 class PageSettings(Settings):
-    """Settings of a trial that the page edits. None for a setting that is not given."""
+    """Settings of a trial that the page edits. A setting that is not given is None."""
 
     @classmethod
     def of(cls, settings: Settings) -> Self:
-        """Return the values that a trial sets, without defaults."""
+        """Return the settings that a trial gives. Defaults are left out."""
         keys = cls.model_fields.keys() & settings.model_fields_set
         return cls(**{key: value for key, value in settings if key in keys})
 
     def said(self, keys: set[str] | None = None) -> dict[str, Any]:
-        """Return the values that were given, or only those with the names ``keys``."""
+        """Return the values that were given, as a dict. ``keys`` limits the result to these names."""
         return self.model_dump(mode="json", exclude_none=True, include=keys)
 
 
@@ -78,8 +78,8 @@ class Hints(PageSettings):
     face_mm: tuple[float, float] | None = None
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
     frame: tuple[float, Dictionary, int, float | None] | None = None
-    """Frame of markers printed around ``face_mm``: marker size in mm, dictionary, number of markers, and length of the
-    ruler in mm (None without a ruler)."""
+    """Frame of markers printed around ``face_mm``: marker size in mm, dictionary, number of markers, and measured
+    length of the ruler in mm. The length is None if it was not measured."""
 
     def said(self, keys: set[str] | None = None) -> dict[str, Any]:
         """Return the values that were given. A printed frame is returned as markers.
@@ -115,7 +115,7 @@ def rest_of(photo: PhotoInput) -> dict[str, Any]:
 
 
 def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
-    """Return photo settings with the scale from markers or hints. None if these give no scale.
+    """Return photo settings with the scale from markers or hints. None if neither gives a scale.
 
     Raises InputError for an incomplete scale.
     """
@@ -132,19 +132,19 @@ def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
 
 
 class Pyramid:
-    """A photo in tiles at halving sizes, so that a browser fetches only what it shows.
+    """A photo in tiles, so that a browser fetches only the tiles that it shows.
 
-    The last level is a single tile.
+    The photo is half as large on each level as on the level before. The last level is a single tile.
     """
 
     def __init__(self, image: Pixels) -> None:
         photo = Image.fromarray(image)
         self.levels = 1 + max(0, int(np.ceil(np.log2(max(photo.size) / TILE_PX))))
-        # Each pixel is the mean of its square of the photo, so that it keeps its place.
+        # A pixel is the mean of the square of the photo that it covers, so that nothing is shifted.
         self._level = cache(lambda level: np.asarray(photo.reduce(2**level)) if level else image)
 
     def tile(self, level: int, column: int, row: int) -> bytes | None:
-        """Return a tile as JPEG, or None outside the photo.
+        """Return a tile as JPEG. None if there is no such tile.
 
         Tiles at the photo's right and lower edge may be smaller.
         """
@@ -164,21 +164,21 @@ class OutdatedError(Exception):
 
 
 class _Scaled(NamedTuple):
-    photo: Photo  # Photo whose unit is px if it has no scale yet
+    photo: Photo  # Its unit is px if the photo has no scale yet
     refused: str | None = None  # Reason why the scale cannot be used
 
 
 class TraceSession:
-    """Trace one photo. Any thread may call it, and of simultaneous requests only the newest is finished."""
+    """Traces one photo. Any thread may call it. Of simultaneous requests, only the newest is completed."""
 
     def __init__(self, settings: PhotoInput, folder: Path, hints: Hints) -> None:
         """Read the photo. Raises InputError for a bad photo.
 
-        ``hints`` are the first hints, instead of those in ``settings``.
+        ``hints`` are the initial hints. They replace the hints in ``settings``.
         """
         self._rest, self.hints = rest_of(settings), hints
         pixels = read_pixels(settings, folder)
-        # Messages on the page name the photo without its folder.
+        # In messages on the page, the photo's name has no folder.
         self._pixels = replace(pixels, file=Path(pixels.file.name))
         self._plain = replace(scaled(self._pixels, path_settings(self._rest, Hints())), unit="px")
         self.pyramid = Pyramid(pixels.image)
@@ -207,10 +207,10 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Yield the scale, the found cracks if no ends are given, the path and the walls.
+        """Yield the scale, the found cracks if no ends are given, the path and the walls, up to the step ``until``.
 
-        The last item may be a refusal. ``revision`` increases with each request. Raises OutdatedError if there is a
-        newer request.
+        If a step fails, the last item is the reason. ``revision`` increases with each request. Raises OutdatedError if
+        there is a newer request.
         """
         self._newest = max(self._newest, revision)
         self._check_newest(revision)
@@ -254,14 +254,14 @@ class TraceSession:
             raise OutdatedError
 
     def _kept(self, name: str, source: object, hints: tuple[object, ...], make: Callable[[], T]) -> T:
-        """Return the last result of this name if its source and hints are the same. Otherwise make it."""
+        """Return the last result of this name if its source and hints are the same. Otherwise call ``make``."""
         last = self._last.get(name)
         if last is None or last[0] is not source or last[1] != hints:
             last = self._last[name] = source, hints, make()
         return last[2]
 
     def _scaled(self, hints: Hints) -> _Scaled:
-        """Return the photo with the scale of the hints, or without one."""
+        """Return the photo with the scale from the hints, or without a scale if the hints give none."""
         wanted = hints.model_copy(update=dict.fromkeys(PATH_KEYS))
         with self._scaling:
             return self._kept("scale", self, (wanted,), lambda: self._find_scale(wanted))
@@ -279,9 +279,9 @@ class TraceSession:
         return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
 
     def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
-        """Return the search map. It is cached for a face and a region, because making it takes longer than a query."""
+        """Return the map for path searches. The map is cached, because computing it takes longer than a search."""
         if photo.face_mm is None and not photo.markers_px:
-            # Without face and markers, the scale does not change the search.
+            # If there are no face and no markers, the scale does not change the search.
             photo = self._plain
         return self._kept("wire", photo, (roi_px,), lambda: LiveWire(photo, roi_px))
 
@@ -325,7 +325,7 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
     return {
         **{name: _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
         **{name: [_rounded(photo.to_px(line_mm)) for line_mm in lines] for name, lines in several_mm.items()},
-        # Side of a stretch of a wall, its first and last station, and why it is there.
+        # For each stretch of a wall: its side, its first and last station, and how it was measured.
         "why": [
             (
                 stretch.side,

@@ -1,4 +1,4 @@
-"""Follow a crack from end to end. The line down its middle and the walls along it are measured in turn."""
+"""Follow a crack from end to end. Its centreline and the walls along it are measured in turn, in several passes."""
 
 from dataclasses import dataclass
 
@@ -32,25 +32,26 @@ STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 
 # Constants for following a crack. "widths" are crack widths.
 #
-# Chosen on drawn photos: the line is then within 0.01 mm of the middle after two passes. A longer ``REACH`` finds the
-# walls from worse paths and sees more neighbouring cracks; less smoothing keeps sharper bends and more grain.
-MIN_WIDTH_PX = 8.0  # Least width between walls; a smaller one depends more on blur and threshold than on the crack
-MAX_BLUR = 1 / 5  # Largest sigma of the blur over the width; above it, blur decides the width
-MAX_MISSING = 0.2  # Largest share of the path on which a wall may be missing or outside the photo
-MIN_SLENDERNESS = 3.0  # Least ratio of length to width; a shorter crack has no direction to follow
-PASSES = 2  # Least number of passes that centre the line
-MAX_PASSES = 8  # Largest number of passes; a path along a wall needs more than two
+# Chosen on drawn photos, in which the line is within 0.01 mm of the middle after two passes. A longer ``REACH`` finds
+# the walls from worse paths, but includes more neighbouring cracks. Less smoothing preserves sharper bends and more
+# grain.
+MIN_WIDTH_PX = 8.0  # Minimum width between walls. A smaller width depends more on blur and threshold than on the crack
+MAX_BLUR = 1 / 5  # Largest sigma of the blur, divided by the width. With more, the width would be mostly blur
+MAX_MISSING = 0.2  # Largest fraction of the path on which a wall may be missing or outside the photo
+MIN_SLENDERNESS = 3.0  # Minimum ratio of length to width. A shorter crack has no direction to follow
+PASSES = 2  # Minimum number of passes that centre the line
+MAX_PASSES = 8  # Largest number of passes. A path along a wall needs more than two
 CENTRED = 0.05  # A line needs no further pass if 95 % of its stations are within this many widths of the middle
 REACH = 1.5  # A wall is searched for within this many widths to either side
 EDGE_WIDTHS = 0.25  # A path may follow the face's edge within this many widths, plus twice the rim of the search
 PATH_SMOOTHING = 0.75  # Sigma of the rough path's smoothing in widths, because its steps are cells of the search map
 CENTRE_SMOOTHING = 0.25  # Sigma of the centreline's smoothing in widths
-CORRECTIONS = 4  # Number of corrections of that smoothing, which keep bends of over 1.5 widths
-PATH_AHEAD = 2.0  # Length of rough path before an end, in widths, that gives the end's direction
-TIP_AHEAD = 0.5  # The same length before a tip
-ONWARD = 6  # Number of stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
-BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
-# Length added to the line beyond an end, in widths
+CORRECTIONS = 4  # Number of corrections of that smoothing. They preserve bends of more than 1.5 widths
+PATH_AHEAD = 2.0  # Length of the rough path before an end, in widths, that defines the end's direction
+TIP_AHEAD = 0.5  # Length of the centreline before a tip, in widths, that defines the tip's direction
+ONWARD = 6  # Number of stations, 15 px, that define a wall's direction at the face's edge. Fewer would follow grain
+BORDER_PX = 1.0  # Minimum distance from the photo's outermost pixels. Smoothing moves a wall by less
+# Length by which the line is extended beyond an end, in widths
 END_WIDTHS: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
 
 
@@ -69,10 +70,10 @@ def trace(
     hidden: Mask,
     least_px: float = MIN_WIDTH_PX,
 ) -> Traced:
-    """Follow both walls along ``path``. A wall is straight across pixels that are ``hidden``.
+    """Follow both walls along ``path``. Across pixels that are ``hidden``, a wall is straight.
 
-    Raises InputError if the crack is too short, and WallsMissingError if it is unclear. Raises TooThinError if it is
-    narrower than ``least_px``, or if blur would decide its width.
+    A wall is placed at the fraction ``wall_share`` of the contrast. Raises InputError if the crack is too short,
+    WallsMissingError if the walls are unclear, and TooThinError if the width is below ``least_px`` or mostly blur.
     """
     length_px = arc_length(path.points_px)[-1]
     if length_px < MIN_SLENDERNESS * path.width_px:
@@ -131,7 +132,7 @@ class _Crack:
     spacing_mm: float
 
     def look(self, line_mm: Floats, width_mm: float, crossings: Crossings | None = None) -> tuple[Strip, Walls]:
-        """Return the light across a line, and the walls in it. At ``crossings``, rays follow the edge of the face."""
+        """Return the light across a line, and the walls in the light. At ``crossings``, rays follow the face's edge."""
         step_mm = sample_step_mm(width_mm, self.photo.mm_per_px)
         ray = rays_across(line_mm, width_mm, crossings or (None, None))
         strip = straighten(self.photo, self.patch, line_mm, ray, step_mm, REACH * width_mm)
@@ -160,7 +161,8 @@ class _Crack:
 def _bridge(walls: Walls, side: int, covered: Booleans, reach: int) -> None:
     """Make a wall straight across covered stations.
 
-    The straight piece joins the wall's innermost points within ``reach`` stations of the covered ones.
+    On each side of the covered stations, the straight piece begins at the innermost point of the wall within ``reach``
+    stations.
     """
     away_mm = walls.away_mm[side]
     for begin, end in runs(covered):
@@ -173,7 +175,7 @@ def _bridge(walls: Walls, side: int, covered: Booleans, reach: int) -> None:
 
 
 def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
-    """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
+    """Return the line extended to its tips and past its ends. Near an open end, it is replaced by a straight line."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
         rim_mm = EDGE_WIDTHS * width_mm + 2 * EDGE_PX * photo.mm_per_px
@@ -197,7 +199,7 @@ def _recentred(
     width_mm: float,
     spacing_mm: float,
 ) -> Floats:
-    """Return a smooth line between the walls, which continues straight past a tip."""
+    """Return a smooth line half way between the walls. It continues straight past a tip."""
     middle_mm = strip.places_mm((walls.away_mm[0] - walls.away_mm[1]) / 2)
     s_mm = arc_length(strip.line_mm)
     between = np.flatnonzero(walls.both_clear & (s_mm > span_mm[0]) & (s_mm < span_mm[1]))
@@ -211,7 +213,7 @@ def _recentred(
 
 
 def _straight_on(wall_mm: Floats, has_step: Booleans, ends: Ends) -> Floats:
-    """Return the wall, continued straight past its last step at open ends, where rays would follow the face's edge."""
+    """Return the wall, (n, 2), continued straight at open ends, where rays would otherwise follow the face's edge."""
     wall_mm = wall_mm.copy()
     for end, onward, step in zip(ends, (wall_mm[::-1], wall_mm), (has_step[::-1], has_step), strict=True):
         if end.kind == "open" and np.count_nonzero(step) > ONWARD:
@@ -226,7 +228,7 @@ def _shown_span_mm(photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats
     both_mm, (width, height) = np.concatenate(walls_mm), photo.size_px
     outside = depth_inside(photo.to_px(both_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
     if photo.face_mm is not None:
-        # A wall beyond the edge of the face ends there anyway.
+        # Beyond the edge of the face, walls are not needed.
         outside &= depth_inside(both_mm, photo.face_mm) > 0
     hidden = np.logical_or(*outside.reshape(2, -1))
     s_mm = arc_length(line_mm)
@@ -254,9 +256,9 @@ def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
 
 
 def _check_found(photo: Photo, strip: Strip, seen: Booleans, span_mm: Span, most_missing: float) -> float:
-    """Return the share of the crack on the sample along which a wall is not seen.
+    """Return the fraction of the crack along which a wall was not found.
 
-    Raises WallsMissingError if the share is above ``most_missing``.
+    Raises WallsMissingError if the fraction is above ``most_missing``.
     """
     s_mm = arc_length(strip.line_mm)
     within = strip.valid[:, strip.middle] & (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])

@@ -1,8 +1,8 @@
 """Find walls as the rim of the dark region along a path, on ground whose grain is as coarse as the crack.
 
-If stones beside the crack are as large as it is, a profile across it has steps of its own, so walls cannot be followed
-from step to step. The light is therefore averaged along the crack before it is compared with the ground. Each side of
-the resulting rim is then moved as a whole to half the contrast of the profile that is aligned to it.
+If stones beside the crack are as large as the crack is wide, a profile across the crack has many steps, so walls cannot
+be followed from step to step. The light is therefore averaged along the crack before it is compared with the ground.
+Each of the two rims is then moved as a whole to half the contrast of the mean profile across the rim.
 """
 
 from dataclasses import replace
@@ -25,33 +25,33 @@ from sealtwin.core.records import Floats
 
 # Constants of the dark region. "widths" are crack widths, and distances without a unit are px of the photo.
 #
-# Chosen on public photos of roads and masonry and on drawn roads. Stricter limits of the gate refuse more cracks, and
-# looser limits accept more bare ground.
+# Chosen on public photos of roads and masonry and on drawn roads. The gate refuses regions that may not be cracks.
+# Stricter limits of the gate refuse more cracks, and looser limits accept more regions without a crack.
 ENOUGH_PX = 40.0  # A crack wider than this, in px, is measured in a smaller copy of the photo
 REACH = 2.4  # The strip extends this many widths to either side, plus ``REACH_PX``, but at most ``MAX_REACH_PX``
 REACH_PX = 14.0
 MAX_REACH_PX = 140.0
 MEDIAN_WIDTHS = 0.5  # Length in widths of the median along the crack, limited to ``MEDIAN_PX``
 MEDIAN_PX = (3.0, 31.0)
-CORE = 0.25  # Light within this many widths of the line gives the crack's darkness
+CORE = 0.25  # The crack's darkness is measured within this many widths of the line
 CORE_PERCENTILE = 30.0
 GROUND = 1.2  # Ground begins this many widths from the line, plus ``GROUND_PX``
 GROUND_PX = 4.0
 STEADY = 2.0  # Length in widths of the medians of darkness and ground
-MIN_CONTRAST = 4.0  # Least contrast of lightness
-RIM = 0.5  # Share of the contrast at the rim of the region
-PASSES = 3  # Number of searches for the region, each along the middle of the one before
-PATH_SMOOTHING = 0.6  # Sigma in widths of the rough path's smoothing, and of that of the line between the rims
+MIN_CONTRAST = 4.0  # Minimum contrast of lightness
+RIM = 0.5  # Fraction of the contrast that defines the rim of the region
+PASSES = 3  # Number of searches for the region, each along the middle of the region found before
+PATH_SMOOTHING = 0.6  # Sigma of the smoothing of the rough path, and below of the line between the rims, in widths
 LINE_SMOOTHING = 0.4
-INSIDE_PX = 2.5  # The aligned profile shows the crack this far inside the rim, and the ground ``OUTSIDE_PX`` outside it
+INSIDE_PX = 2.5  # The mean profile is crack from this far inside the rim, and ground from ``OUTSIDE_PX`` outside it
 OUTSIDE_PX = 3.0
 MAX_MOVED = 0.35  # Largest distance in widths by which a wall is moved
-DARKEST = 0.36  # Gate: largest light inside the region, over the light beside it
-MIN_STEP = 0.2  # Gate: least 20th percentile of the smaller step from inside to a side, over the ground's light
-MIN_DARK = 0.7  # Gate: least share of the line that is darker than half way to the ground
-# Relative uncertainty of the width, added like ``WIDTH_ERROR``, for a region that does not pass the gate
+DARKEST = 0.36  # Gate: largest ratio of the light inside the region to the light beside it
+MIN_STEP = 0.2  # Gate: minimum step in light to the darker side (20th percentile), divided by the ground's light
+MIN_DARK = 0.7  # Gate: minimum fraction of the middle line that is darker than half way to the ground
+# Relative uncertainty of the width that is added if a region does not pass the gate
 GATE_ERROR = 0.2
-WIDTH_ERROR = 0.10  # Half of the 95 % interval of the mean width that no profile can show, over the width
+WIDTH_ERROR = 0.10  # Relative uncertainty of the mean width that the profile does not show (half of the 95 % interval)
 
 
 def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: Mask, insisted: bool = False) -> Traced:
@@ -62,7 +62,7 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: 
     """
     factor = max(1, int(path.width_px / ENOUGH_PX))
     if factor > 1:
-        # Pixels finer than that add nothing to the mean rim.
+        # Finer pixels would not improve the mean rim.
         copy = smaller(photo, factor)
         shape = copy.brightness.shape[::-1]
         hidden = np.asarray(cv2.resize(hidden, shape, interpolation=cv2.INTER_NEAREST), np.uint8)
@@ -114,10 +114,10 @@ def _rims_px(strip: Strip, width_px: float) -> Floats:
 
 
 def _moves_px(strip: Strip, rims_px: Floats, width_px: float, wall_share: float) -> tuple[Floats, float]:
-    """Return the distance outward from each rim to ``wall_share`` in px, (2,), and half the width's 95 % interval.
+    """Return the distance by which each rim has to be moved outward, (2,), and half the width's 95 % interval, in px.
 
-    The profile is the mean over all stations, aligned to the rim, so that the grain of the ground averages out. The
-    interval follows from the profile's softness: how far the width changes if the level changes by 0.1.
+    A rim is moved to ``wall_share`` of the contrast of the mean profile across it. The mean over all stations averages
+    the grain of the ground. The interval is the change of the width if ``wall_share`` changes by 0.1.
     """
     relative_px = np.arange(-max(6.0, 0.5 * width_px), max(8.0, 0.6 * width_px) + 0.1, 0.5)
     moves_px, soft_px = np.zeros(2), 0.0
@@ -138,7 +138,7 @@ def _moves_px(strip: Strip, rims_px: Floats, width_px: float, wall_share: float)
 
 
 def _fault(strip: Strip, left_px: Floats, right_px: Floats) -> str | None:
-    """Return why a region cannot be a crack, as a sentence, or None if it can."""
+    """Return why a region may not be a crack, as a sentence. None if it is accepted."""
     width_px, offset = float(np.median(left_px + right_px)), strip.offset_mm[None] / strip.mm_per_px
     if width_px < MIN_WIDTH_PX:
         return f"the dark region along the path is {width_px:.1f} px wide, but {MIN_WIDTH_PX:g} px are needed."

@@ -1,4 +1,4 @@
-"""Check measured walls for bands beside them, a darker line between them, narrow stretches and ends not reached."""
+"""Check measured walls for bands beside them, a darker line between them, narrow stretches, and ends not reached."""
 
 from dataclasses import replace
 from functools import partial
@@ -30,33 +30,34 @@ SAMPLE = 0.05  # Spacing of samples of a profile in widths, at least 1 px
 REACH = 1.2  # The search extends this many widths beside a wall, plus ``REACH_PX``
 REACH_PX = 6.0
 MEDIAN_WIDTHS = 0.25  # Length in widths of the median along the crack
-CORE = 0.15  # Crack begins this far inside a wall, over the wall's distance from the line, plus ``CORE_PX``
+CORE = 0.15  # Pixels are surely crack from this fraction of the half width inside a wall, plus ``CORE_PX``
 CORE_PX = 0.5
 CORE_PERCENTILE = 30.0  # Percentile of the lightness between the walls that is taken for the crack's
-GROUND = 0.35  # Ground begins this many widths beside a wall, plus ``GROUND_PX``
+GROUND = 0.35  # Pixels are surely ground from this many widths beside a wall, plus ``GROUND_PX``
 GROUND_PX = 2.0
-STEADY = 3.0  # Length in widths of the medians of both levels
-INNER = 0.3  # A band is between this share and ``OUTER`` of the contrast in lightness
+STEADY = 3.0  # Length in widths of the medians of the crack's and the ground's lightness
+INNER = 0.3  # A band's lightness is between this fraction of the contrast and ``OUTER``
 OUTER = 0.7
 BAND_WIDTHS = 0.2  # A band is thicker than the crack's usual edge by this many widths, or by ``BAND_PX``
 BAND_PX = 3.0
-RUN = 0.75  # Least length of a band in widths
-TIP = 1.0  # Widths before an end that are left out, because profiles past the end show only ground
-MIN_PROFILES = 6  # Least number of profiles; a shorter crack has no usual edge
-MIN_CONTRAST = 6.0  # Least contrast of lightness
-WORTH_SAYING = 0.05  # Difference between the two mean widths, over the width, from which there is a warning
+RUN = 0.75  # Minimum length of a band in widths
+TIP = 1.0  # Length before an end, in widths, that is left out, because profiles past the end show only ground
+MIN_PROFILES = 6  # Minimum number of profiles. A shorter crack has no usual edge
+MIN_CONTRAST = 6.0  # Minimum contrast of lightness
+WORTH_SAYING = 0.05  # A smaller relative difference between the mean widths with and without bands gives no warning
 LISTED = 4  # Largest number of positions in a warning
-WIDTH_ERROR = 0.05  # Half of the interval of the mean width, over it, that is added beyond both widths
-DARKER = 0.1  # Least light between the walls above that of the darkest line there, over the ground's; cracks have 0.05
+WIDTH_ERROR = 0.05  # Fraction of the mean width by which the interval extends beyond both widths
+# A line between the walls is reported if it is this much darker than the rest, relative to the ground. Cracks have 0.05
+DARKER = 0.1
 LINE_PX, LINE_ALONG_PX = 3, 15  # Width of the darkest line, and length over which its light is averaged
-LINE_STEP = 0.02  # Cost of a step of that line to a side by one px, as a share of the ground's light
-WIDTH_RATIO = 1.7  # Least width between the walls, over the width of the darkest line
+LINE_STEP = 0.02  # Cost of a step of that line to a side by one px, as a fraction of the ground's light
+WIDTH_RATIO = 1.7  # Minimum width between the walls, divided by the width of the darkest line
 
 
 # Constants of narrow stretches.
-UNKNOWN = 0.75  # A stretch below this share of the least width is a hairline: blur makes a line of 4 px 5.4 px wide
-STEADY, LONG = 3.0, 5.0  # Least lengths along the crack of a median and of a stretch, in ``MIN_WIDTH_PX``
-FITTED = 1.25  # Largest upper quartile of the width, in ``MIN_WIDTH_PX``, of a crack whose hairlines a fit can measure
+UNKNOWN = 0.75  # A stretch narrower than this times ``MIN_WIDTH_PX`` is a hairline. Blur widens 4 px to 5.4 px
+STEADY, LONG = 3.0, 5.0  # Length of a median along the crack, and minimum length of a stretch, in ``MIN_WIDTH_PX``
+FITTED = 1.25  # A crack with hairlines is fitted if its width's upper quartile is below this times ``MIN_WIDTH_PX``
 
 BAND = (
     "beside a wall there is a band that is neither as dark as the crack nor as bright as the ground, for example "
@@ -72,14 +73,15 @@ PLAUSIBLE = "walls.plausible"
 
 
 def with_doubts(outline: Outline, *doubts: Fact, **fields: Any) -> Outline:
-    """Return the outline with further doubts and with other values of its fields."""
+    """Return the outline with additional warnings and with new values for some of its fields."""
     return replace(outline, warnings=(*outline.warnings, *doubts), **fields)
 
 
 def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
-    """Return the outline with the bands along its walls, and an interval that covers both widths, if they matter.
+    """Return the outline with the bands along its walls, a warning, and an interval that covers both plausible widths.
 
-    The mouth of a side crack, which is ``hidden``, is not a band.
+    If the two widths differ little, the outline is returned unchanged. ``hidden`` pixels, such as the mouth of a side
+    crack, are not a band.
     """
     px, thin = photo.mm_per_px, slice(None, None, EVERY)
     width_px, s_mm = max(outline.mean_width_mm / px, 4.0), outline.s_mm[thin]
@@ -106,7 +108,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     contrast = np.maximum(steadied(ground, odd(STEADY)) - dark, MIN_CONTRAST)[..., None]
     share = (even - dark[..., None]) / contrast
     excess = [np.where(valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
-    # Inner and outer edge of each side's band, (2, sides, stations).
+    # Inner and outer edge of the band on each side, (2, sides, stations).
     edges_px = follow(np.concatenate(excess), strip.sample_px, station_px).reshape(2, 2, -1)
     edges_px = np.maximum.accumulate(edges_px)
     thick_px = edges_px[1] - edges_px[0]
@@ -143,9 +145,9 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
 
 
 def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:
-    """Return the path along a line between the walls that is far darker than the rest, as a crack in a joint is.
+    """Return the path along a line between the walls that is far darker than the rest, such as a crack in a joint.
 
-    Returns None if the light between the walls is uniform.
+    Returns None if there is no such line.
     """
     half_px = outline.mean_width_mm / photo.mm_per_px / 2 - LINE_PX
     if half_px < WIDTH_RATIO * LINE_PX / 2:
@@ -167,8 +169,8 @@ def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | 
 def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[Fact]:
     """Return a warning about stretches that are too narrow to measure.
 
-    Raises InputError if much of the crack is a hairline, and TooThinError if all of it is thin enough for a fit. A
-    stretch must be ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
+    If much of the crack is a hairline, raises TooThinError if the rest is thin enough for a fit, and otherwise
+    InputError. A stretch must be ``LONG`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
     """
     s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
     least_mm, per_station_mm = MIN_WIDTH_PX * photo.mm_per_px, s_mm[-1] / (len(s_mm) - 1)
@@ -195,7 +197,7 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
 
 
 def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[Fact]:
-    """Return warnings if the crack closes before an end of the path.
+    """Return a warning for each end of the path before which the crack closes.
 
     Raises InputError if much of the path is lost.
     """

@@ -1,6 +1,6 @@
 """Classify the ends of a crack: open at the edge of the face, closed in a tip, or cut if the crack continues.
 
-If a click cut an end, also measure how far the crack continues beyond it, to warn that only a part was traced.
+If a click cut an end, also measure how far the crack continues beyond the end, to warn that only a part was traced.
 """
 
 from dataclasses import dataclass
@@ -22,12 +22,12 @@ from sealtwin.core.solid_figures import EndKind, Span
 
 STEP_PX = 0.25  # Spacing of samples along the line at a tip
 LOOK_AHEAD = 2.0  # The edge of the face is searched for this many crack widths ahead of the end
-GOES_ON = 1.5  # An end with more crack widths of dark around it is cut: the crack, or a shadow, continues
-BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front; a sharp tip is narrow within less
-JUDGED_PX = 8.0  # Least width with which an end is classified: grain ends a hairline for a few px
-GROUND_WIDTHS = 1.2  # Crack widths beside the line at which the ground's brightness is measured, plus ``GROUND_PX``
+GOES_ON = 1.5  # An end is cut if dark pixels extend more than this many crack widths from it
+BLUNT = 0.25  # Length, in crack widths, behind the farthest point over which the middle of a blunt end is measured
+JUDGED_PX = 8.0  # Minimum width with which an end is classified, because grain interrupts a hairline for a few px
+GROUND_WIDTHS = 1.2  # Distance from the line, in widths, at which the ground is measured, plus ``GROUND_PX``
 GROUND_PX = 3.0
-# Longest distance to the edge of the face: widths, or px, because the rim there is not searched
+# Length by which a line is extended to the edge of the face: widths, or px if that is more. The rim is not searched
 TO_THE_EDGE, TO_THE_EDGE_PX = 1.5, 20.0
 
 
@@ -35,20 +35,20 @@ TO_THE_EDGE, TO_THE_EDGE_PX = 1.5, 20.0
 class Traced:
     """A line that extends past the crack's ends, and the walls along it."""
 
-    line_mm: Floats  # Line down the middle, (n, 2); half a width from one wall if the other has left the face
+    line_mm: Floats  # Centreline, (n, 2)
     left_mm: Floats
     right_mm: Floats
     kinds: tuple[EndKind, EndKind]
     span_mm: Span  # Arc lengths on the line at which the crack begins and ends
     width_px: float  # Median width in pixels of the photo
-    missing: float = 0.0  # Share of the crack along which one or both walls are missing
+    missing: float = 0.0  # Fraction of the crack along which one or both walls are missing
     beyond_mm: float = 0.0  # Length of path left out at its ends because a wall is outside the photo
     width_spread: float | None = None
-    """Relative uncertainty of a dark region's mean width: half of its 95 % interval, divided by the width. None if
-    walls were followed."""
+    """Relative uncertainty of a dark region's mean width: half of the 95 % interval, divided by the width. None if the
+    walls were followed by steps in brightness."""
     clear_step: Booleans | None = None
-    """True for stations with a clear step at the left and at the right wall, (2, n). None if walls are not followed by
-    steps."""
+    """True for stations at which the left or the right wall is a clear step in brightness, (2, n). None if the walls
+    were not followed by steps."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class PathEnd:
     """One end of a crack, and its kind."""
 
     kind: EndKind
-    place_px: Floats  # Tip of a closed crack, otherwise the end of the path
+    place_px: Floats  # Tip of a closed end, and end of the path for other ends, (2,)
     ahead: Floats  # Unit vector that points out of the crack
 
 
@@ -64,7 +64,10 @@ Ends = tuple[PathEnd, PathEnd]
 
 
 def find_tip(photo: Photo, patch: Patch, line_mm: Floats, near_mm: float, reach_mm: float, level: float) -> float:
-    """Return the arc length at which the brightness along a line past a tip crosses a level, nearest to ``near_mm``."""
+    """Return the arc length at which the brightness along a line past a tip crosses ``level``.
+
+    The crossing nearest to ``near_mm`` is used. If there is none within ``reach_mm``, returns ``near_mm``.
+    """
     s_mm = arc_length(line_mm)
     fine_mm = np.arange(max(near_mm - reach_mm, 0), min(near_mm + reach_mm, s_mm[-1]), STEP_PX * photo.mm_per_px)
     light = patch.light(photo.to_px(at_arc_length(line_mm, s_mm, fine_mm)))
@@ -77,8 +80,8 @@ def to_its_ends(
 ) -> Traced:
     """Extend the traced middle and walls to the crack's two ends, and classify each end.
 
-    ``lines_px`` are middle, left and right wall in px, with left and right as on the face. ``width_px`` is the mean
-    width. ``spread`` becomes the result's ``width_spread``.
+    ``lines_px`` are the middle, the left wall and the right wall in px. ``width_px`` is the mean width. ``spread``
+    becomes the result's ``width_spread``.
     """
     middle_px = lines_px[0]
     beside_px = (GROUND_WIDTHS * width_px + GROUND_PX) * left_normals(middle_px)
@@ -105,7 +108,7 @@ def to_its_ends(
 
 
 def crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
-    """Return the crossings of a line with the edge of the face at its open ends."""
+    """Return the crossings of a line with the edge of the face at both ends. None for an end that is not open."""
     if photo.face_mm is None:
         return None, None
     first, last = edge_crossings(line_mm, photo.face_mm)
@@ -120,9 +123,9 @@ def judge_ends(
     width_px: float,
     thresholds: tuple[float, float],
 ) -> Ends:
-    """Classify both ends of a line. Each of ``inward_px`` is the line from one end inward.
+    """Classify both ends of a line. ``inward_px`` is the line from its first end, and from its last end.
 
-    The first ``back_px`` points of it give the direction of the end.
+    The first ``back_px`` points from an end define the direction of the end.
     """
     first, last = (
         judge_end(photo, patch, line_px[0], unit(line_px[0] - line_px[: back_px + 1][-1]), width_px, threshold)
@@ -132,13 +135,13 @@ def judge_ends(
 
 
 def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
-    """Classify the end at ``end_px`` as open, closed or cut. ``ahead`` points out of the crack.
+    """Classify the end at ``end_px`` as "open", "closed" or "cut". ``ahead`` points out of the crack.
 
-    An end at the edge of the photo is cut.
+    An end at the edge of the photo is classified as "cut".
     """
     reached_px = np.vstack([end_px, _dark_ahead_px(photo, patch, end_px, ahead, width_px, threshold)])
     if photo.face_mm is not None:
-        # The mask ends before the edge.
+        # The sample's mask ends a few px before the edge of the face.
         edge_px = np.abs(depth_inside(photo.to_mm(reached_px), photo.face_mm)) / photo.mm_per_px
         if edge_px.min() <= 2 * EDGE_PX:
             return PathEnd("open", end_px, ahead)
@@ -147,7 +150,7 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
     goes_on = np.linalg.norm(away_px, axis=1).max() > GOES_ON * width_px
     if goes_on or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
         return PathEnd("cut", end_px, ahead)
-    # The farthest dark place ahead, or the middle of a blunt end.
+    # The tip is the farthest dark pixel ahead, or the middle of a blunt end.
     extent_px, aside = away_px @ ahead, to_left(ahead)
     sideways_px = away_px[extent_px > extent_px.max() - BLUNT * width_px] @ aside
     tip_px = end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside
@@ -157,7 +160,7 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
 def _dark_ahead_px(
     photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float
 ) -> Floats:
-    """Return the pixels of crack around and ahead of the end that are connected to it, (n, 2)."""
+    """Return the dark pixels around and ahead of an end that are connected to the end, (n, 2)."""
     rows, columns = np.nonzero(patch.soft < threshold)
     dark_px = np.column_stack([columns, rows]).astype(float) + patch.offset_px
     away_px = dark_px - end_px
@@ -172,19 +175,19 @@ def _dark_ahead_px(
     return dark_px[near][label == label[np.argmin(np.linalg.norm(away_px[near], axis=1))]]
 
 
-MAX_BEYOND = 0.05  # Share of the traced length by which a crack may continue without a warning
-MIN_BEYOND, MIN_BEYOND_PX = 2.0, 30.0  # The same in widths and px, for a blunt end and grain that touches it
+MAX_BEYOND = 0.05  # Fraction of the traced length by which a crack may continue without a warning
+MIN_BEYOND, MIN_BEYOND_PX = 2.0, 30.0  # Minimum of that length in widths and in px, for blunt ends and dark grain
 AT_BORDER = 2.0  # A crack leaves the photo if it ends within this many widths, plus twice as many px, of the border
 WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
-LAST = 8.0  # Length before an end, in widths, that gives the crack's darkness and direction
+LAST = 8.0  # Length before an end, in widths, over which the crack's darkness and direction are measured
 GROUND_BESIDE = (1.0, 3.0)  # The ground's light is read between these distances from the line, in widths
-SWELLING = 1.5  # A dark area more widths wide than this is not crack but a shadow, a stain or the table
+SWELLING = 1.5  # A dark area wider than this many widths is not crack but a shadow, a stain or the table
 BODY = 1.5  # Widths across which the traced crack is removed
 REST_WIDTHS = 1.5  # The rest of the crack must begin within this many widths of the end
 
 
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
-    """Return a doubt for each end that a click cut, if the photo shows much more of the crack beyond it."""
+    """Return a warning for each end that a click cut, if the photo shows much more of the crack beyond the end."""
     length_px = arc_length(line_px)[-1]
     last_px, warnings = np.array(photo.size_px) - 1, []
     for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
@@ -213,7 +216,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     height, across = copy.brightness.shape
     sample = photo.sample_mask()[::factor, ::factor][:height, :across] > 0
     dark = (blurred(copy.brightness, 0.8) < threshold) & sample
-    # Regions far wider than the crack are no crack.
+    # Regions that are far wider than the crack are removed.
     thick, reach = radius(dark) > SWELLING * width / 2 + 1, 2 * int(SWELLING * width / 2 + 1) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
     dark = dark.astype(np.uint8) & (1 - cv2.dilate(thick.astype(np.uint8), disc))
@@ -222,7 +225,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
 
 
 def _farthest(dark: Mask, end: Floats, ahead: Floats, width: float) -> float:
-    """Return the distance of the farthest dark cell that is connected to a cell just ahead of the end."""
+    """Return the distance from ``end`` to the farthest dark cell that is connected to a cell just ahead of the end."""
     label, _ = pieces(dark > 0)
     rows, columns = np.nonzero(label)
     number, away = label[rows, columns], np.column_stack([columns, rows]) - end

@@ -1,7 +1,7 @@
 """Find stones in a crack and side cracks that leave it, in the dark region connected to its path.
 
-The walls are then followed as if stones and side cracks were not in view: past a stone, and straight across the mouth
-of a side crack.
+The walls are then followed as if there were no stones and side cracks: past a stone, and straight across the mouth of a
+side crack.
 """
 
 from dataclasses import dataclass, replace
@@ -49,35 +49,34 @@ from sealtwin.core.records import Booleans, Floats, Outline
 
 # Constants of stones and side cracks. "widths" are crack widths.
 #
-# Chosen on drawn photos. With lower limits of size, more stones and side cracks are found that are grain, pores and
-# stains.
+# Chosen on drawn photos. With lower limits of size, more grains, pores and stains are taken for stones and side cracks.
 PAINT_DARK, PAINT_BRIGHT = 0.05, 0.8  # Brightness of a deep crack and of light mortar
-WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack a tenth as wide is three pixels wide there
-REACH, AROUND = 2.5, 0.5  # Least margin of the copy around the path: widths, and lengths of the path
-# Crack is within the first number of widths from the path, and mortar or side cracks are beyond the second
+WORK_PX = 30.0  # Width of the crack in the searched copy. A side crack a tenth as wide then has three pixels
+REACH, AROUND = 2.5, 0.5  # Margin of the copy around the path: in widths, or in lengths of the path if that is more
+# The crack is within the first number of widths of the path. Beyond the second are mortar or side cracks
 CRACK, MORTAR = 0.25, 0.8
 LEVEL_PX = 8.0  # Width of the crack in the small picture in which the levels are measured
 SPREAD = 2.0  # Sigma of a Gaussian, in widths, over which a level is averaged
-MIN_MM2 = 0.3  # Least area of a stone in a photo; smaller bright spots are glints, or grains on the floor
-MIN_SIDE = 0.15  # Least side of a stone in widths; a smaller stone does not divide the sealant
-MIN_PX = 30  # Least number of pixels of a stone; fewer may be noise
-BRIGHT_WIDTHS = 1.0  # A bright area more widths wide than this is the ground between two cracks
+MIN_MM2 = 0.3  # Minimum area of a stone in a photo. Smaller bright spots are glints, or grains on the floor
+MIN_SIDE = 0.15  # Minimum side of a stone in widths. A smaller stone does not divide the sealant
+MIN_PX = 30  # Minimum number of pixels of a stone. Fewer may be noise
+BRIGHT_WIDTHS = 1.0  # A bright area wider than this many widths is the ground between two cracks
 SKIRT_PX = 3  # Reach of the blur around a stone and beside a side crack
-AS_DARK = 0.6  # Largest share of ``wall_share`` in a side crack; lighter lines are scratches, stains or shadows
-AS_WIDE = 1.5  # Largest width of a side crack, over the width of the main crack
-SLENDER = 3.0  # Least length of a side crack over its width; shorter ones are pores, stains and broken edges
-EDGE = 0.9  # A line is an edge, as of a sample of unknown size, if this share of its length has unlike sides
-SWELLING = 2.0  # Largest reach of a side crack to its sides, in its half widths; beyond is a pore or a stain
+AS_DARK = 0.6  # Largest lightness of a side crack, as a fraction of ``wall_share``. Scratches and stains are lighter
+AS_WIDE = 1.5  # Largest width of a side crack, divided by the width of the main crack
+SLENDER = 3.0  # Minimum length of a side crack, divided by its width. Shorter ones are pores, stains and broken edges
+EDGE = 0.9  # A line is an edge, for example of a sample, if this fraction of its length has unlike sides
+SWELLING = 2.0  # Largest distance of a side crack's rim from its line, in half widths. More is a pore or a stain
 STEP_PX = 0.5  # Spacing of the centreline from which side cracks are drawn
 
 
 class SideCrack(NamedTuple):
     """A side crack, in pixels of the photo."""
 
-    line_px: Floats  # Line along its middle, from the main crack's wall to its tip, or to that wall again, (n, 2)
+    line_px: Floats  # Middle line from the main crack's wall to the side crack's tip, or to the wall again, (n, 2)
     half_px: float  # Median half width
-    comes_back: bool
-    rings_px: tuple[Floats, ...]  # Its rim, which ends within the main crack, and the rims of ground inside it
+    comes_back: bool  # True if the side crack ends on the main crack's wall again
+    rings_px: tuple[Floats, ...]  # Rim of the side crack, which ends within the main crack, and rims of stones in it
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +94,7 @@ class _Copy(NamedTuple):
     low_px: Floats
     factor: int  # Pixels of the photo per pixel of the copy
     way: Floats  # The path in the copy
-    share: Map  # Share of the contrast: 0 in the crack, 1 on mortar
+    share: Map  # Lightness as a fraction of the contrast: 0 in the crack, 1 on mortar
     sample: Booleans  # True for pixels of the sample's face that no marker covers
 
     def to_photo(self, places: Floats) -> Floats:
@@ -103,7 +102,7 @@ class _Copy(NamedTuple):
 
 
 def photo_of_paint(photo: Photo, path: CrackPath) -> Photo:
-    """Return the painted piece under the path as a photo, dark on bright, so that the rules for photos apply to it."""
+    """Return the painted piece under the path as a photo, dark on bright, so that it can be traced like a photo."""
     piece = holding(present(photo.drawn, "the paint"), path.points_px, connectivity=8)
     paint = np.where(piece, PAINT_DARK, PAINT_BRIGHT).astype(np.float32)
     return replace(photo, brightness=paint)
@@ -147,7 +146,7 @@ def _copied(photo: Photo, points_px: Floats, width_px: float) -> _Copy:
 
 
 def _share(light: Map, sample: Booleans, way: Floats, width: float) -> Map:
-    """Return the share of the contrast at each pixel: 0 at the crack's level along ``way``, 1 at the mortar's."""
+    """Return the lightness of each pixel as a fraction of the contrast: 0 for the crack along ``way``, 1 for mortar."""
     scale = min(1.0, LEVEL_PX / width)
     small = scaled_down(light, scale)
     shown = shrunk(sample.astype(np.float32), small.shape[::-1]) > 0.99
@@ -167,7 +166,7 @@ def _share(light: Map, sample: Booleans, way: Floats, width: float) -> Map:
 def _enclosed(crack: Booleans, least: float, widest: float) -> list[Booleans]:
     """Return a mask for each area that the crack surrounds.
 
-    An area has at least ``least`` cells, and is at most ``widest`` cells wide.
+    Areas with fewer than ``least`` cells, or wider than ``widest`` cells, are left out.
     """
     label, area = pieces(clear_border(~crack))
     stones = [label == number for number in np.flatnonzero(area >= least)]
@@ -175,7 +174,7 @@ def _enclosed(crack: Booleans, least: float, widest: float) -> list[Booleans]:
 
 
 def _side_cracks(photo: Photo, copy: _Copy, crack: Booleans, width: float, wall_share: float) -> list[SideCrack]:
-    """Return the dark side lines of the path that are slender, as a crack is, and not the edge of something bright."""
+    """Return the side cracks: side lines of the path that are dark and slender, and not the edge of a bright area."""
     to_rim, side_cracks = radius(crack), []
     way = np.clip(np.rint(copy.way[:, ::-1]).astype(np.int64), 0, np.array(crack.shape) - 1)
     way = way[crack[tuple(way.T)]]
@@ -198,9 +197,9 @@ def _side_cracks(photo: Photo, copy: _Copy, crack: Booleans, width: float, wall_
 
 
 def _contours(copy: _Copy, share: Map, level: float, beyond: float) -> list[Floats]:
-    """Return the closed rims at the share ``level``, in pixels of the photo.
+    """Return the closed contours of ``share`` at ``level``, (n, 2) each in px of the photo.
 
-    ``beyond`` is the share around the copy.
+    Outside the copy, the value of ``share`` is ``beyond``.
     """
     rings = find_contours(np.pad(share, 1, constant_values=beyond), level)
     return [copy.to_photo(ring[:-1, ::-1] - 1) for ring in rings]
@@ -209,10 +208,10 @@ def _contours(copy: _Copy, share: Map, level: float, beyond: float) -> list[Floa
 def with_side_cracks(
     photo: Photo, outline: Outline, side_cracks: tuple[SideCrack, ...], keep: bool, least_width_px: float
 ) -> Outline:
-    """Return the main crack's outline with its side cracks. With ``keep``, those that are wide enough join its ring.
+    """Return the main crack's outline with its side cracks, and warnings about side cracks that are left out.
 
-    Ground that joined side cracks enclose is an island. ``least_width_px`` is the least width of a side crack that can
-    be measured.
+    If ``keep`` is True, side cracks of at least ``least_width_px`` become part of the outline's ring, and areas that
+    they enclose become islands.
     """
     main, centreline = CrossSection([outline.outline_mm], FillRule.Positive), KDTree(outline.centreline_mm)
     joined, wide_mm, narrow_mm = main, [], []

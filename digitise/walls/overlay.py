@@ -20,19 +20,19 @@ Colour = tuple[int, int, int]
 LEFT, RIGHT, CENTRE = (0, 222, 160), (60, 170, 255), (250, 235, 60)
 ENDS, INK, PAPER = (255, 90, 20), (24, 24, 24), (255, 255, 255)
 NOZZLE = (200, 120, 255)
-BEADS = 11.0  # Spacing of beads on the nozzle's path, in thousandths of the picture's longer side
-LONGER_SIDE_PX = 2400  # Longer side of the picture. Photos are scaled to it, but enlarged by at most ``MAX_ENLARGED``
+BEADS = 11.0  # Spacing of the dots of the nozzle's path, in thousandths of the picture's longer side
+LONGER_SIDE_PX = 2400  # Longer side of the picture, unless the photo is enlarged by more than ``MAX_ENLARGED`` for it
 MAX_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
-STRAIGHT_AROUND = 1.5  # Half the height of the straightened picture, over the crack's mean width
-STRAIGHT_MOST_PX = 1400  # Largest length of the straightened picture; a report shows it 800 px long
+STRAIGHT_AROUND = 1.5  # Half the height of the straightened picture, in mean widths of the crack
+STRAIGHT_MOST_PX = 1400  # Largest length of the straightened picture. A report shows it with a length of 800 px
 DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 class Canvas:
-    """A copy of a photo to draw on, RGB. Positions are in its pixels, sizes in thousandths of its longer side."""
+    """A copy of a photo to draw on, RGB. Positions are in its pixels, and sizes in thousandths of its longer side."""
 
     def __init__(self, photo: Photo) -> None:
         self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MAX_ENLARGED)
@@ -49,7 +49,7 @@ class Canvas:
     def line(
         self, points_px: Floats, colour: Colour, size: float = 0.7, closed: bool = False, dashed: bool = False
     ) -> None:
-        """Draw a line through pixels of the photo. A dashed line is as thin as possible."""
+        """Draw a line through points in pixels of the photo. A dashed line is as thin as possible."""
         lines = [self.at(points_px)]
         if dashed:
             dashes, size = resampled(lines[0], DASH * self.unit), 0
@@ -79,7 +79,7 @@ class Canvas:
         cv2.putText(self.picture, text, np.rint(base).astype(int).tolist(), FONT, size, colour, pen, cv2.LINE_AA)
 
     def text_size(self, text: str) -> Floats:
-        """Width and height of a text, (2,). They exceed OpenCV's, which leave out the last letter's overhang."""
+        """Return width and height of a text, (2,), with 4 % added to OpenCV's width, which is too small."""
         (width, height), _ = cv2.getTextSize(text, FONT, 0.4 * self.unit, 1)
         return np.array([1.04 * width, height])
 
@@ -101,7 +101,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     canvas.line(outline.centreline_px, CENTRE)
     if trajectory is not None:
         nozzle = canvas.at(photo.to_px(trajectory.position_mm[:, :2]))
-        # Beads are so small that the centreline shows between them.
+        # The dots are small, so that the centreline is visible between them.
         path_px = nozzle[trajectory.giving]
         for bead in resampled(path_px, BEADS * canvas.unit) if len(path_px) > 1 else ():
             canvas.dot(bead, 1.6, NOZZLE, INK)
@@ -132,7 +132,7 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Pixels:
 
 
 def _mark_ends(canvas: Canvas, outline: Outline) -> None:
-    """Draw a dot on each end of the crack, and its name beyond it."""
+    """Draw a dot on each end of the crack, and a label beyond the dot."""
     unit, centreline = canvas.unit, canvas.at(outline.centreline_px)
     first = f"start, s = 0 ({outline.ends[0]} end)"
     last = f"s = {outline.length_mm:.1f} mm ({outline.ends[1]} end)"
@@ -150,7 +150,7 @@ def _mark_ends(canvas: Canvas, outline: Outline) -> None:
 def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> None:
     """Draw the legend, with a scale bar.
 
-    The legend is in the corner of the shown part in which it hides least of the crack.
+    The legend is placed in the corner in which it covers least of the crack.
     """
     unit = canvas.unit
     pad, row, swatch = 8 * unit, 17 * unit, 60 * unit
@@ -186,8 +186,9 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
 def straight_view(photo: Photo, outline: Outline) -> Pixels:
     """Return the photo straightened along the crack, (height, width, 3) RGB.
 
-    s runs to the right, from 0 in the first column to the crack's length in the last. The centreline is half way up,
-    and the left of the crack is up. A pixel has the same size along and across. Areas outside the photo are white.
+    s increases to the right, from 0 in the first column to the crack's length in the last column. The centreline is at
+    half height, and the left side of the crack is up. A pixel has the same size along and across. Areas outside the
+    photo are white.
     """
     mm_per_px = max(photo.mm_per_px, outline.length_mm / (STRAIGHT_MOST_PX - 1))
     columns = max(2, 1 + round(outline.length_mm / mm_per_px))

@@ -1,10 +1,10 @@
-"""Measure cracks too thin for walls: follow the darkest line to a fraction of a pixel, and fit the width.
+"""Measure cracks that are too thin for walls: follow the darkest line to a fraction of a pixel, and fit the width.
 
-The model of the crack's profile is a box, blurred by the lens, in linear light. Darkness and blur are common to all
-windows along the crack. Each window has its own width, its own offset, and ground whose light changes linearly across
-it. Below four pixels the profile shows little more than the product of darkness and width. Most of the width's
-uncertainty then comes from the darkness and from the camera's tone curve, and averaging along the crack does not reduce
-it.
+The model of the brightness across the crack is a box, blurred by the lens, in linear light. Darkness and blur are the
+same for all windows along the crack. Each window has its own width, offset, and ground whose light changes linearly
+across the window. Below four pixels, the profile shows little more than the product of darkness and width. Most of the
+width's uncertainty then comes from the darkness and from the camera's tone curve. Averaging along the crack does not
+reduce this uncertainty.
 """
 
 from dataclasses import dataclass
@@ -29,28 +29,31 @@ from sealtwin.core.records import Booleans, Floats, Integers
 
 # Assumptions about a thin crack, its camera and its ground. Lengths are in pixels.
 #
-# Set on drawn photos of cracks of 2 to 8 px so that the 95 % intervals hold. They hold on 381 of 399 later photos.
+# Chosen on drawn photos of cracks of 2 to 8 px so that the 95 % intervals contain the true width. They contain it in
+# 381 of 399 later photos.
 # A larger ``INNER_LIGHT`` or ``GAMMA_SD`` widens the intervals, and so does a smaller ``STRICTNESS``.
-# Usual upper bound of the light inside a crack over the light next to it, and the bound's softness
+# Upper limit of the light inside a crack, divided by the light beside it, and the softness of this limit
 INNER_LIGHT, FADE = 0.2, 0.03
 GAMMA_SD = 0.12  # Standard deviation of a camera's exponent about DISPLAY_GAMMA, for exponents from 2.0 to 2.4
 USUAL_BLUR, BLUR_SD = 1.0, 0.5  # Sigma of a camera's Gaussian blur, and the standard deviation of its logarithm
 MIN_BLUR, MAX_BLUR = 0.35, 6.0
-OFF_LINE = 0.5  # Standard deviation of the crack from its line: half a pixel off looks wider and paler
+OFF_LINE = 0.5  # Standard deviation of the distance of the crack from its line
 ROUNDS, LATER_ROUNDS = 10, 3  # Gauss-Newton steps from a rough start, and from the fit for the previous darkness
 MAX_WIDER = 2.0  # Longest step of a width
-MAX_BLURRIER = 0.3  # Longest step of the blur, as a share of the blur
-IN_THE_DARK = 0.7  # Least noise inside the crack over the ground's; with less, the crack's bottom would shape the fit
-WHITE = 0.03  # Least share of the noise that neighbours do not share, because samples are closer than pixels
-OUTLIER = 4.0  # The ground's noise is cut off at this many standard deviations, so that a single pore does not count
-STRICTNESS = 0.5  # Share of the misfit that counts, because neighbours share grain, and no lens blurs as a Gaussian
+MAX_BLURRIER = 0.3  # Longest step of the blur, as a fraction of the blur
+# Minimum noise inside the crack, divided by the ground's noise. With less, the crack's bottom would dominate the fit
+IN_THE_DARK = 0.7
+WHITE = 0.03  # Fraction of the noise that is added as uncorrelated noise, because samples are closer than pixels
+OUTLIER = 4.0  # The ground's noise is limited to this many standard deviations, so that single pores have no effect
+# Weight of the misfit, below 1 because grain is correlated between neighbours and no lens blurs exactly as a Gaussian
+STRICTNESS = 0.5
 INTERVAL = 0.025, 0.975  # Probabilities at the ends of an interval
-MAX_DIRTY = 0.75  # Largest share of a crack's width that may be dirty edges
+MAX_DIRTY = 0.75  # Largest fraction of the width that may be subtracted for dirty edges
 HALO_PX = 5.0  # Width of a dirty edge
-MIN_DARK_PX = 0.4  # Dirty edges count from this width of equally dark crack on: clean edges have at most 0.3
-# Values of the darkness, 1 less the inner light, for each of which the other parameters are fitted
+MIN_DARK_PX = 0.4  # Dirty edges are ignored below this width of an equally dark crack. Clean edges have up to 0.3
+# Values of the darkness, which is 1 minus the inner light. The other parameters are fitted for each of these values
 DARKNESS = np.linspace(1.0, 0.7, 13)
-# Exponents of the tone curve with that mean and standard deviation
+# Exponents of the tone curve, with the mean ``DISPLAY_GAMMA`` and the standard deviation ``GAMMA_SD``
 TONES = DISPLAY_GAMMA + GAMMA_SD * np.sqrt(3) * np.array([-1, 0, 1])
 TONE_WEIGHTS = np.array([1, 4, 1]) / 6  # Weights of these exponents (Gauss-Hermite)
 
@@ -73,35 +76,35 @@ class _Shape:
     offsets_px: Floats
     blur_px: float
     surprise: float = np.inf  # Twice the negative logarithm of the likelihood, plus a constant
-    squares: float = np.inf  # Sum of squared residuals over the noise
+    squares: float = np.inf  # Sum of the squares of the residuals, divided by the noise
     mean_sd_px: float = 0.0  # Standard deviation of the mean width from noise
 
 
-STEP_PX = 0.5  # Spacing of samples across the line; stations along the line are 1 px apart
+STEP_PX = 0.5  # Spacing of samples across the line. Stations along the line are 1 px apart
 
 
 # Constants for following a thin crack's line and fitting its width. "widths" are widths of the path.
 #
-# Chosen on the drawn photos on which the assumptions were set. A wider ``NEAR_PX`` recovers from worse paths and meets
-# more neighbouring lines; a longer ``WINDOW`` averages more grain and follows fewer changes of width.
+# Chosen on the same drawn photos as the assumptions. A larger ``NEAR_PX`` corrects worse paths, but reaches more
+# neighbouring lines. A longer ``WINDOW`` averages more grain, but follows fewer changes of width.
 WINDOW = 10  # Number of stations in a window, whose mean profile is fitted
-REACH = 1.5  # Widths to either side that are fitted, plus ``REACH_PX``; the same length beyond is the ground
+REACH = 1.5  # Widths to either side that are fitted, plus ``REACH_PX``. The same length beyond is the ground
 REACH_PX = 6.0
 CELLS = 2.0  # Largest distance of a path from the crack, in cells of the search map
-NEAR_PX = 3.0  # The line is followed a second time within half a width plus this
+NEAR_PX = 3.0  # The line is followed a second time, within half a width plus this distance
 BLUR_ALONG = 2.0  # Blur along the line before it is followed, in stations
 BLUR_ACROSS = 0.4  # Blur across the line, in widths
 MIN_ACROSS_PX = 1.0
 STIFFNESS = 0.15  # Cost of a step to a side by one sample, in darkness
-MIN_SMOOTHING_PX = 4.0  # Least sigma of the line's smoothing, which otherwise equals the width: windows have offsets
-DARKEST = 1e-4  # Least light: a cubic may fall below 0 between pixels
-MIN_WINDOWS = 5  # Least number of windows; fewer cannot separate blur and width
-MAX_UNLIKE = 0.5  # Largest share of the path with unlike sides; more means an edge, or a wall of a wide gap
-NARROWEST = 0.1  # Least local width over the mean width, so that walls do not cross
+MIN_SMOOTHING_PX = 4.0  # Minimum sigma of the line's smoothing, which is otherwise equal to the width
+DARKEST = 1e-4  # Minimum light. Cubic interpolation may fall below 0 between pixels
+MIN_WINDOWS = 5  # Minimum number of windows. With fewer, blur and width cannot be distinguished
+MAX_UNLIKE = 0.5  # Largest fraction of the path with unlike sides. More means an edge, or a wall of a wide gap
+NARROWEST = 0.1  # Minimum local width, as a fraction of the mean width, so that walls do not cross
 
 
 class NotFittedError(InputError):
-    """Raised for a path along a crack whose width cannot be fitted."""
+    """Raised if the width of the crack along a path cannot be fitted."""
 
 
 def trace_line(photo: Photo, path: CrackPath) -> Traced:
@@ -117,8 +120,8 @@ def _patch(photo: Photo, path: CrackPath) -> Patch:
 def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     """Follow the darkest line along ``path`` and fit the crack's width.
 
-    Raises NotFittedError if too little is in view, or if the sides of the crack differ. Raises InputError if the path
-    is at an edge, which means that one side is far brighter and the path is about as dark as the other side.
+    Raises NotFittedError if too little is in view, or if one side of the crack is far brighter than the other. Raises
+    InputError if the path is at an edge: one side is far brighter, and the path is about as dark as the other side.
     """
     line_px, patch = _line_px(photo, path), _patch(photo, path)
     reach = round((REACH * path.width_px + REACH_PX) / STEP_PX)
@@ -164,7 +167,7 @@ def _windows(photo: Photo, patch: Patch, line_px: Floats, places_px: Floats, cut
     Also returns a mask, (windows,), that is True for windows that show only the sample.
     """
     place_px = places_beside(line_px, places_px)
-    # The patch is not used: its softening would hide most of a thin crack.
+    # The photo is used instead of the patch, whose blur would hide most of a thin crack.
     light = np.maximum(sampled(photo.brightness, place_px, cv2.INTER_CUBIC).astype(float), DARKEST)
     shown = patch.on_sample(place_px, photo.to_mm(place_px.reshape(-1, 2)).reshape(place_px.shape)).all(axis=1)
     mean = np.add.reduceat(light, cuts[:-1], axis=0) / np.diff(cuts)[:, None]
@@ -189,9 +192,9 @@ def _line_px(photo: Photo, path: CrackPath) -> Floats:
 
 
 def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -> BoxFit:
-    """Fit the windows of light across a crack about ``width_px`` wide. ``light`` is (windows, samples).
+    """Fit the light across a crack that is about ``width_px`` wide. ``light`` is (windows, samples).
 
-    ``ground``, (n, samples), are windows next to the crack, which show the noise. ``places_px`` are the samples'
+    ``ground``, (n, samples), is the light in windows beside the crack, for the noise. ``places_px`` are the samples'
     distances from the line.
     """
     shapes, weights = [], []
@@ -204,7 +207,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
             fits.append(_fitted(bent, places_px, whitener, darkness, fits[-1]))
         shapes += fits[1:]
         surprise, squares = np.array([(fit.surprise, fit.squares) for fit in fits[1:]]).T
-        # A worse fit widens the interval.
+        # If the fit is worse than the noise explains, the interval is wider.
         spread = max(1.0, squares[surprise.argmin()] / (len(light) * (len(places_px) - 4)))
         weight = likely * np.exp(-STRICTNESS / spread * (surprise - surprise.min()) / 2)
         weights.append(tone_weight * weight / weight.sum())
@@ -225,7 +228,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
 def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
     """Return the width that dirty edges may have added to a crack, in px.
 
-    It is three times the width of crack that would be as dark as the outer halves of the edges together.
+    This is three times the width of a crack that would be as dark as the outer halves of both edges together.
     """
     dark = 1 - np.median(light / light[:, [0, -1]].mean(axis=1, keepdims=True), axis=0)
     beside_px = np.abs(places_px) - width_px / 2
@@ -237,9 +240,9 @@ def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape) -> _Shape:
     """Return the fit for one darkness by Gauss-Newton steps from ``start``.
 
-    Each window's own parameters are eliminated before the common blur is solved for.
+    The parameters of each window are eliminated before the common blur is computed.
     """
-    # Of each window: width, offset, and level and slope of the ground.
+    # Parameters of each window: width, offset, and level and slope of the ground.
     windows = np.column_stack([start.widths_px, start.offsets_px, np.median(light, axis=1), np.zeros(len(light))])
     most = np.array([MAX_WIDER, MAX_WIDER / 2, np.inf, np.inf])
     shape, far = start, places_px / np.abs(places_px).max()

@@ -1,4 +1,4 @@
-"""Straighten the photo along a line, and measure both walls of a crack in this strip, to a fraction of a pixel."""
+"""Straighten the photo along a line, and measure both walls of a crack in the strip, to a fraction of a pixel."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Booleans, Floats, Integers
 
 SPREAD = 0.6  # Rays do not meet within this many crack widths to each side of the line
-MAX_OBLIQUE = 8.0  # Largest cotangent of the angle between line and edge, 7 degrees, at which rays follow the edge
+MAX_OBLIQUE = 8.0  # Largest cotangent of the angle (7 degrees) between line and edge at which rays follow the edge
 BLUR_PX = 0.8  # Sigma of a Gaussian blur before sampling, which reduces grain and does not move a straight edge
-RIM_PX = 8  # Margin of a patch: the blur reaches four of its sigmas
-EDGE_PX = 1.5  # Distance from the edge of the face within which brightness mixes with that of the surroundings
-# Limits of the spacing of samples across, in px of the photo: a blurred edge is 3 px wide
+RIM_PX = 8  # Margin of a patch. The blur extends over four sigmas
+EDGE_PX = 1.5  # Distance from the edge of the face within which the brightness includes the surroundings
+# Limits of the spacing of samples across a crack, in px of the photo. A blurred edge is 3 px wide
 FINEST_PX, COARSEST_PX = 0.5, 1.5
-MIN_SEARCH_WIDTH_PX = 6.0  # Least width of a crack at the beginning of the search
-SAMPLES = 48  # Samples across one crack width; more cost time and show nothing new
+MIN_SEARCH_WIDTH_PX = 6.0  # Minimum width of a crack at the beginning of the search
+SAMPLES = 48  # Number of samples across a crack width. More cost time and do not improve the result
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,10 @@ Crossings = tuple[Crossing | None, Crossing | None]
 
 
 def edge_crossings(line_mm: Floats, face_mm: Box) -> Crossings:
-    """Return the crossings nearest to the line's middle, before and after it. None if there is none."""
+    """Return the crossings of a line with the face's edge before and after the line's middle, the nearest on each side.
+
+    A crossing is None if there is none on that side.
+    """
     s_mm, depth_mm, crossings = arc_length(line_mm), depth_inside(line_mm, face_mm), list[Crossing | None]()
     outside, middle = np.flatnonzero(depth_mm < 0), len(line_mm) // 2
     for beyond, step in ((outside[outside < middle][::-1], 1), (outside[outside > middle], -1)):
@@ -68,8 +71,8 @@ def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Float
         sine = np.copysign(np.maximum(np.abs(sine), 1e-6), sine)
         to_edge = np.clip(-(normal @ crossing.inward) / sine, -MAX_OBLIQUE, MAX_OBLIQUE)
         oblique = abs(np.interp(crossing.s_mm, s_mm, to_edge))
-        # The edge cuts off a normal's wall within half a width times the cotangent. The rays turn back over more than
-        # as much again, so that they do not meet within the crack.
+        # Within half a width times the cotangent, the edge cuts off a wall on the normals. Beyond, the rays turn back
+        # to the normals over a longer distance, so that they do not meet within the crack.
         reaches = np.abs(s_mm - crossing.s_mm) / max(SPREAD * width_mm * oblique, 1e-9)
         share = np.clip(2 - reaches, 0, 1)
         shear, turned = shear + share * to_edge, turned + share
@@ -78,7 +81,7 @@ def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Float
 
 @dataclass(frozen=True)
 class Patch:
-    """A window of the photo. Positions are (..., 2)."""
+    """A window of the photo, with the brightness in it. Arrays of positions are (..., 2)."""
 
     offset_px: tuple[int, int]  # x and y of the window's first pixel in the photo
     soft: Map  # Brightness, blurred by ``BLUR_PX``
@@ -91,7 +94,7 @@ class Patch:
         return sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC).astype(float)
 
     def on_sample(self, places_px: Floats, places_mm: Floats) -> Booleans:
-        """Return True for positions, given in both units, that show the sample and nothing else."""
+        """Return True for positions that show only the sample. Positions are given in px and in mm, (..., 2) each."""
         shown = sampled(self.clear, places_px - self.offset_px, beyond=cv2.BORDER_CONSTANT) >= 254
         if self.face_mm is None:
             return shown
@@ -99,9 +102,9 @@ class Patch:
 
 
 def patch_around(photo: Photo, points_px: Floats, reach_px: float, hidden: Mask | None = None) -> Patch:
-    """Return the part of the photo around some points, ``reach_px`` larger than their box on every side.
+    """Return the part of the photo around some points. It extends ``reach_px`` beyond them on every side.
 
-    Pixels that are ``hidden``, as markers are, do not count as sample.
+    Markers and ``hidden`` pixels do not count as sample.
     """
     low, window = window_around(points_px, reach_px + RIM_PX, photo.size_px)
     soft, offset_px = blurred(photo.brightness[window], BLUR_PX), (int(low[0]), int(low[1]))
@@ -115,7 +118,7 @@ class Strip:
     """Brightness on both sides of a line, (stations, offsets)."""
 
     line_mm: Floats
-    ray: Floats  # Vectors to the left, (stations, 2), that advance 1 mm square to the line
+    ray: Floats  # Vectors to the left, (stations, 2), with a component of 1 mm perpendicular to the line
     offset_mm: Floats  # Evenly spaced distances square to the line, positive to the left, 0 in the middle
     light: Floats
     valid: Booleans  # True for samples on the face and in the photo
@@ -133,11 +136,11 @@ class Strip:
 
     @property
     def middle(self) -> int:
-        """Index of the column that is the line itself."""
+        """Index of the column on the line."""
         return len(self.offset_mm) // 2
 
     def places_mm(self, offset_mm: Floats) -> Floats:
-        """Return the position at a distance on each ray, (stations, 2)."""
+        """Return the position on each ray at the distance ``offset_mm``, (n,), from the line, (n, 2)."""
         return self.line_mm + offset_mm[:, None] * self.ray
 
 
@@ -155,42 +158,43 @@ def sample_step_mm(width_mm: float, mm_per_px: float) -> float:
     return np.clip(width_mm / SAMPLES, FINEST_PX * mm_per_px, COARSEST_PX * mm_per_px)
 
 
-# Constants for following and refining walls. "share" is the share of the contrast from crack to mortar.
+# Constants for following and refining walls. "share" is lightness as a fraction: 0 for the crack, 1 for mortar.
 #
-# Chosen on drawn photos. On 200 wide cracks drawn afterwards the mean width is off by 2.5 % at most. A higher
-# ``STAINED`` leaves out less of a stain; a lower one cuts off more of a lit inside.
+# Chosen on drawn photos. On 200 wide cracks drawn afterwards, the mean width is off by at most 2.5 %. A higher
+# ``STAINED`` leaves out less of a stain, and a lower ``STAINED`` cuts off more of a lit inside.
 HALF = 0.5  # Share at the middle of a blurred edge
 STAINED = 0.35  # Share at a wall that leaves out a stain
-ASIDE_PX = 4.0  # Least distance between the walls at both shares for a stain; blur alone makes 1.4 px
+ASIDE_PX = 4.0  # Minimum distance between the walls at ``HALF`` and ``STAINED`` for a stain. Blur alone causes 1.4 px
 STEEPEST_WALL = 3.2  # Largest slope of a wall to its line: 73 degrees
-STIFFNESS = 0.5  # Cost, in px of misplaced mortar, of a step as far to the side as along; a pore must cost more
-# Length before a wall's last step, in crack widths, whose median width continues it beside the other wall
+STIFFNESS = 0.5  # Cost of a step at 45 degrees, in px of misplaced mortar. The cost of including a pore must be higher
+# Length before a wall's last step, in crack widths, whose median width is used beyond that step
 MEDIAN_WIDTHS = 4.0
 CRACK = 0.25  # The crack's level is read within this many crack widths of the line
 MORTAR = (0.8, 1.5)  # The mortar's level is read between these distances from the line, in crack widths
-REFINEMENTS = 2  # Rounds of refinement: the first starts from a sample near the wall, the second from the wall
-# Levels are read farther from the step than this many sigmas, where an edge is within a fifteenth of them
+REFINEMENTS = 2  # Rounds of refinement. The first starts from a sample near the wall, the second from the wall
+# Levels of crack and mortar are read from this many sigmas of the blur on. There, blur changes them by under 1/15
 STEP_SIGMAS = 1.5
-INSIDE = 0.8  # The crack's level is read over this many more sigmas; a longer range would cross a lit rim
-OUTSIDE = 3.0  # The mortar's level is read over this many more sigmas; a longer range would reach a stain
+INSIDE = 0.8  # The crack's level is read over this many sigmas. A longer range would cross a lit rim
+OUTSIDE = 3.0  # The mortar's level is read over this many sigmas. A longer range would reach a stain
 SNAP_PX = 2.0  # Largest distance from a followed wall to its step
-SHARPEST_PX = 0.8  # Least sigma: no edge is sharper than the blur
-SOFTEST_PX = 3.5  # Largest sigma; a softer edge does not show its blur
-RIM = 0.2  # Least width of a lit rim beyond that of a blurred edge, in sigmas of the blur
+SHARPEST_PX = 0.8  # Minimum sigma. No edge is sharper than the blur
+SOFTEST_PX = 3.5  # Largest sigma. On a softer edge, the blur cannot be measured
+RIM = 0.2  # Minimum additional width of an edge with a lit rim, in sigmas of the blur
 OUTER = 0.84  # Share at which softness is measured: one sigma outside the middle of the edge
-MIDDLE = 0.475  # Share of an edge's step at its middle: blur affects the level read inside more than the level outside
-MIN_STEP = 0.25  # Least height of a wall's step, as a share
+# Fraction of the step between both levels at the middle of an edge. Blur raises the inner level more than the outer
+MIDDLE = 0.475
+MIN_STEP = 0.25  # Minimum height of a wall's step, as a share
 
 
 @dataclass(frozen=True)
 class Walls:
-    """Distances of both walls from the line at each station, left and right, (2, stations). Positive outward."""
+    """Distances of the left and the right wall from the line at each station, (2, stations). Positive outward."""
 
     away_mm: Floats
     clear_step: Booleans  # True if the wall is in the photo, with a clear step from dark to bright
     covered: Booleans  # True if the wall is drawn straight across a stone or a side crack
     open_line: Booleans  # True for stations at which the line itself is dark
-    rim: Floats  # Brightness at the smallest share of the contrast that is not crack, (stations,)
+    rim: Floats  # Brightness above which a sample is not crack, (stations,)
     blur_px: float  # Sigma of the photo's own blur, from the sharper wall
 
     @property
@@ -203,11 +207,11 @@ class Walls:
 
 
 def find_walls(strip: Strip, width_mm: float, wall_share: float, along_edge: bool = False) -> Walls:
-    """Return both walls, each in the middle of its step from dark to bright. Stations without a step are filled in.
+    """Return both walls, each in the middle of its step from dark to bright. Stations without a step are interpolated.
 
     The crack is about ``width_mm`` wide and extends to ``wall_share`` of the contrast to mortar. If the edge of the
-    face hides one wall before the other, the hidden wall follows the other at the crack's width, unless rays are
-    ``along_edge``.
+    face hides one wall before the other, the hidden wall continues parallel to the other wall, unless ``along_edge``
+    is True, for rays that follow the edge.
     """
     across = width_mm / strip.mm_per_px / strip.station_px
     over, sample_px = 2 * int(np.ceil(across)) + 1, strip.sample_px
@@ -245,20 +249,20 @@ def _levels(strip: Strip, width_mm: float, over: int) -> tuple[Floats, Floats]:
     """Return the light of the crack, (stations,), and of the mortar on both sides, (2, stations)."""
     distance = np.abs(strip.offset_mm)
     dark = steadied(np.where(strip.valid & (distance < CRACK * width_mm), strip.light, np.nan)[None], over)[0]
-    # A tip is narrower than the band, which would count mortar as its darkness.
+    # A tip is narrower than the band, so that the band includes mortar there.
     dark = np.minimum(dark, np.median(dark))
     beside = strip.valid & (distance > MORTAR[0] * width_mm) & (distance < MORTAR[1] * width_mm)
     usual = float(np.median(strip.light[beside])) if beside.any() else 0.0
-    # In wide parts of the crack the band next to it includes crack.
+    # In wide parts of the crack, the band beside it includes crack.
     mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
     return dark, steadied(outward(strip, np.where(mortar, strip.light, np.nan)), over)
 
 
 def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
-    """Return the distance of each side's wall from the line in px, (sides, stations), to the nearest sample.
+    """Return the distance of the wall on each side from the line in px, (sides, stations), to the nearest sample.
 
-    ``excess``, (sides, stations, samples), is negative in the crack. The wall is the line of least cost: the sum of the
-    excess inside it, plus the cost of its steps to a side.
+    ``excess``, (sides, stations, samples), is negative in the crack. The wall is the line with the lowest cost. The
+    cost is the sum of the excess inside the line, plus the cost of the line's steps to a side.
     """
     most = max(1, round(STEEPEST_WALL * station_px / sample_px))
     price = STIFFNESS / station_px * (np.arange(-most, most + 1) * sample_px) ** 2
@@ -274,7 +278,7 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
     """
     ways, stations, samples = cost.shape
     most = len(price) // 2
-    # Costs of reaching the samples of each station. Those beside the picture are infinite.
+    # Costs of reaching the samples of each station. The cost of samples outside the picture is infinite.
     reached = np.full((stations, ways, samples + 2 * most), np.inf)
     options = np.lib.stride_tricks.sliding_window_view(reached, samples, axis=2)
     reached[0, :, most:-most] = cost[:, 0]
@@ -291,9 +295,10 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
 
 
 def completed(walls: Floats, clear_step: Booleans, usual: int, along_edge: bool) -> Floats:
-    """Return both walls, (2, stations), straight between their steps.
+    """Return both walls, (2, stations), interpolated linearly between stations with a clear step.
 
-    Past its last step a wall follows the other wall at the median width of ``usual`` stations, unless ``along_edge``.
+    Past the last step of a wall, its distance from the other wall is the median width of ``usual`` stations, unless
+    ``along_edge`` is True.
     """
     if not clear_step.any(axis=1).all():
         return walls
@@ -311,7 +316,7 @@ def completed(walls: Floats, clear_step: Booleans, usual: int, along_edge: bool)
 
 
 def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: float) -> float:
-    """Return the sigma of the blur of the sharper wall, in px, from its outer half. Light can spoil the inner half."""
+    """Return the sigma of the blur of the sharper wall, in px, from the outer half. The inner half may be lit."""
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
     profiles = _usual_profiles(share, place_px, rel_px, sample_px)
     reaches_px = [np.interp([wall_share, OUTER], profile, rel_px) for profile in profiles]
@@ -319,7 +324,7 @@ def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: f
 
 
 def lit_rims(share: Floats, place_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:
-    """Return the brightness of a lit rim just inside each wall, as a share of the contrast, (2,). 0 without a rim."""
+    """Return the share of a lit rim just inside each wall, (2,). 0 if there is no lit rim."""
     rel_px, rims = np.arange(-3 * SOFTEST_PX, SOFTEST_PX, 0.5 * sample_px), np.zeros(2)
     for side, profile in enumerate(_usual_profiles(share, place_px, rel_px, sample_px)):
         inner_px, outer_px = np.interp([HALF, wall_share], profile, rel_px)
@@ -339,13 +344,14 @@ def refined_to_subpixel(
 ) -> tuple[Floats, Booleans]:
     """Return each wall's sub-pixel distance from the line in px, (2, stations), and a mask of clear steps.
 
-    A wall is where the light, linear between samples, crosses the middle between the medians just inside and just
-    outside. The search begins at ``place_px``. ``light`` runs from the line outward, (2, stations, samples), and is NaN
-    off the sample. Levels are medians over ``over`` stations, and the inner level is at least ``rim``, (2, stations).
+    A wall is the position at which the light, linear between samples, crosses the middle between the levels just inside
+    and just outside. The search begins at ``place_px``. ``light`` is ordered from the line outward, (2, stations,
+    samples), and is NaN off the sample. Levels are medians over ``over`` stations, and the inner level is at least
+    ``rim``, (2, stations).
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
     outer_px = np.arange(STEP_SIGMAS * sigma_px, (STEP_SIGMAS + OUTSIDE) * sigma_px, sample_px)
-    # Past the middle of the crack the light of the other wall begins.
+    # Beyond the middle of the crack, the other wall would be included.
     inner_px = np.maximum(
         -np.arange(STEP_SIGMAS * sigma_px, (STEP_SIGMAS + INSIDE) * sigma_px, sample_px), -width_px / 2
     )
@@ -366,14 +372,14 @@ def refined_to_subpixel(
 
 
 def outward(strip: Strip, values: NDArray) -> NDArray:
-    """Return the left and the right half of a strip, both from the line outward, (2, stations, samples)."""
+    """Return the left and the right half of a strip, both ordered from the line outward, (2, stations, samples)."""
     return np.stack([values[:, strip.middle :], values[:, strip.middle :: -1]])
 
 
 def steadied(values: Floats, over: int, middle: Callable[..., Floats] = np.nanmedian) -> Floats:
-    """Return the middle value of each station across the line, (sides, stations), median-filtered along the line.
+    """Return a mean value across the line at each station, (sides, stations), median-filtered along the line.
 
-    ``middle`` is the function for the middle value. Stations without values are interpolated.
+    ``middle`` is the function that computes the mean value. Stations without values are interpolated.
     """
     station = np.arange(values.shape[1])
     levels = np.zeros(values.shape[:2])
@@ -385,7 +391,7 @@ def steadied(values: Floats, over: int, middle: Callable[..., Floats] = np.nanme
 
 
 def between(values: Floats, column: Floats) -> Floats:
-    """Interpolate each row of values at fractional columns, (..., n). NaN outside the row."""
+    """Interpolate each row of ``values`` at fractional columns, (..., n). The result is NaN outside the row."""
     last = values.shape[-1] - 1
     left = np.clip(column.astype(int), 0, last - 1)
     first, second = (np.take_along_axis(values, left + step, axis=-1) for step in (0, 1))

@@ -16,7 +16,7 @@ from simulate.kernels.neighbours import BLOCK, Neighbours
 
 NEIGHBOURS = 128  # Slots of a neighbour list, a multiple of 16. Fluid at rest fills 50, and 100 at twice its density.
 WALL_NEIGHBOURS = 96  # Slots of a list of wall particles. A flat wall fills 13, a narrow corner three times as many.
-ENTRIES = 70  # Initial room of packed lists, in entries per row. Fluid at rest fills 58 to 65 with its padding.
+ENTRIES = 70  # Initial size of packed lists, in entries per row. Fluid at rest fills 58 to 65, padding included.
 MAX_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
 """Number of entries of a block whose lists are full, divided by sixteen."""
 SLICE_POINTS = 64  # The number of points in a slice is a multiple of this
@@ -42,7 +42,7 @@ def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: 
 
 
 def make_room(lists: Any, room: int) -> None:
-    """Replace the arrays of the lists by empty ones. Packed lists get room for 16 times ``room`` entries per block."""
+    """Replace the arrays of the lists by empty ones. In packed lists, a block then has 16 times ``room`` entries."""
     if lists.room:
         lists.room = room
     lists.lacking.zero_()
@@ -54,7 +54,7 @@ def make_room(lists: Any, room: int) -> None:
 
 
 def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
-    """Return an array with a value for each entry of the lists, and a two-dimensional view of it.
+    """Return an array with a value for each entry of the lists, and a two-dimensional view of that array.
 
     Each row of the view is a window of ``slots`` values. In packed lists a window begins at every sixteenth entry. On a
     GPU each row of the lists has its own window. If threads share a row, the slots of a row are adjacent in memory.
@@ -71,7 +71,7 @@ def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
 
 
 def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:
-    """Return windows on ``store``, which they do not keep alive.
+    """Return windows on ``store``. They do not keep ``store`` alive.
 
     ``steps`` are the numbers of entries from one window to the next, and from one slot to the next.
     """
@@ -83,7 +83,7 @@ def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) ->
 class CellGrid:
     """Cells for ``runs`` clouds of points, each with the same number of points and its own box of cells.
 
-    Points outside the box belong to border cells. Points whose ``status`` is lost or not yet released are in no cell.
+    Points outside the box are in border cells. Points that are lost or not yet released (``status``) are in no cell.
     """
 
     def __init__(
@@ -101,8 +101,8 @@ class CellGrid:
     ) -> None:
         """Prepare the cells.
 
-        ``in_order`` is True if the device processes one point after the other, as a CPU does. None: depends on the
-        device. ``index`` and ``present`` are the arrays of ``State``. Default: all points, in their present order.
+        ``in_order`` is True if the device processes one point after the other, as a CPU does. If None, this depends on
+        the device. ``index`` and ``present`` are the arrays of ``State``. Default: all points, in their current order.
         """
         device, points = str(position.device), len(position)
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
@@ -115,7 +115,7 @@ class CellGrid:
         cells.size = size
         cells.count = wp.vec3i(*map(int, count[axis]))
         cells.points_per_run = points // runs
-        # One cell more for points left out, and one end more than cells.
+        # There is an additional cell for points that are in no cell, and one more boundary than cells.
         cells.start = wp.zeros(in_all + 2, int, device)
         cells.x, cells.y, cells.z = (wp.zeros(points + SPARE, float, device) for _ in range(3))
         cells.number = wp.zeros(points + SPARE, int, device)

@@ -1,6 +1,6 @@
 """Find the addresses of compiled kernels and of their arguments, for walks.
 
-Only this file uses private names of Warp.
+No other file uses private names of Warp.
 """
 
 import ctypes
@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 
 class CompiledCall(NamedTuple):
-    """A kernel in the form in which a CPU calls it: a function, the bounds of a launch and the arguments."""
+    """A kernel as a CPU calls it: a function, the bounds of a launch and the arguments."""
 
     function: int  # Address
     bounds: ctypes.Structure
     arguments: list[Any]
-    """Copies of the arguments, each with a ``Span`` at the beginning."""
+    """Copies of the arguments. Each copy begins with a ``Span``."""
 
 
 def compiled_call(command: Any, copies: int) -> CompiledCall | None:

@@ -17,9 +17,9 @@ from simulate.setup.signed_distance import Barrier
 
 FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m. Faster particles have gained energy by numerical errors.
 DENSEST = 2.5
-"""Largest allowed density, divided by the rest density. Sound runs, including overfull and thick ones, stay below 1.5.
-Slightly above this limit, lists of 128 neighbours are full."""
-UNSOLVED = 0  # Fault of a run whose viscosity was not solved. The kernels define the other kinds.
+"""Largest allowed density, divided by the rest density. Correct runs, also with overfull cracks and thick sealant, stay
+below 1.5. Slightly above this limit, lists of 128 neighbours are full."""
+UNSOLVED = 0  # Kind of fault if the viscosity of a run was not solved. The kernels define the other kinds.
 SENTENCES = {
     UNSOLVED: f"The viscosity solve did not converge in {ITERATIONS_AT_MOST} iterations.",
     int(neighbours.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
@@ -39,7 +39,7 @@ class RunFault(NamedTuple):
 
 
 class FaultChecks:
-    """Checks that mark particles which spilled or escaped, and record the faults of particles and runs."""
+    """Checks that mark particles that spilled or escaped, and that record the faults of particles and runs."""
 
     def __init__(self, state: State, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float) -> None:
         """Bind the checks. ``unsolved`` is 1 for each run whose viscosity was not solved."""
@@ -53,10 +53,10 @@ class FaultChecks:
             support,
             barrier.grid,
         )
-        """Launch that checks the moving particles. Its argument is the number of their rows."""
+        """Launch that checks the moving particles. Its argument is the number of moving particles."""
 
     def found(self) -> dict[int, RunFault]:
-        """Return the first fault of each run that has one. The keys are run numbers."""
+        """Return the first fault of each run that has a fault. The keys are run numbers."""
         faults = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._runs_unsolved())}
         if self._faults().any():
             for run, bits in enumerate(self._state.by_release(self._state.fault).reshape(self._state.runs, -1)):
@@ -66,6 +66,6 @@ class FaultChecks:
         return faults
 
     def forget(self, run: int) -> None:
-        """Delete the faults of a run that has been given up."""
+        """Delete the faults of a run that is no longer computed."""
         self._state.fault[self._state.own(run)].fill_(0)
         self._unsolved[run : run + 1].fill_(0)

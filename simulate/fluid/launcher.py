@@ -1,4 +1,7 @@
-"""Launch kernels with fixed arguments: alone, in walks that the threads of a CPU share, or in a recorded frame."""
+"""Launch kernels with fixed arguments: one by one, in walks on the threads of a CPU, or in a recorded frame.
+
+A walk is a list of launches, which the threads of a CPU process together.
+"""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -10,16 +13,16 @@ from simulate.fluid.walk import Extent, Jump, Launch, Walk
 from simulate.fluid.walkers import Walkers, slices_for
 from simulate.kernels.status import Span
 
-BLOCK = 64  # Threads of a GPU's block. With 256 the rows of one run would occupy only ten processors.
+BLOCK = 64  # Threads of a GPU's block. With 256, the rows of a run would occupy only ten processors.
 
 
 class Launcher:
-    """Launcher that binds kernels to their arguments once, so that a launch is cheap and a GPU can record it."""
+    """Binds kernels to their arguments once, so that a launch takes little time and a GPU can record it."""
 
     def __init__(self, device: str, rows: Extent, threads: int = 1, lanes: int = 1) -> None:
         """Prepare launches on a device.
 
-        ``rows`` is the extent of launches in a walk. ``lanes`` is the number of GPU threads for each ``shared`` row.
+        ``rows`` is the extent of launches in a walk. ``lanes`` is the number of GPU threads that share a row.
         """
         self.device, self._threads, self.lanes, self._rows = device, threads, lanes, rows
         self._walks: dict[tuple[Any, ...], Walk] = {}
@@ -35,14 +38,14 @@ class Launcher:
     ) -> "RowLaunch":
         """Return a launch over rows. The kernel's arguments are the ``Span`` of a slice's rows, then ``inputs``.
 
-        On a CPU one thread processes all rows of a slice in a loop within the kernel. If the arguments were read for
-        each row, this would take up to a third of a kernel's time. The kernel must not read values that it writes in
+        On a CPU, one thread processes all rows of a slice in a loop within the kernel. Reading the arguments for each
+        row would take up to a third of a kernel's time. In a row, the kernel must not read values that it writes in
         other rows.
 
-        On a GPU each row has a block of ``lanes`` threads. If the kernel's rows are ``shared``, a block has
-        ``self.lanes``.
+        On a GPU, each row has a block of ``lanes`` threads. If ``shared`` is True, the block has ``self.lanes``
+        threads.
 
-        In a walk, ``extent`` gives the rows. Default: the launcher's extent.
+        In a walk, ``extent`` defines the rows. Default: the launcher's extent.
 
         The arrays among ``inputs`` may be written to later, but not replaced. Arrays of a struct may be replaced until
         a frame is recorded or a walk is listed, because each launch reads the struct again.
@@ -55,10 +58,10 @@ class Launcher:
         return 1 if self.device == "cpu" and not wp.config.enable_cpu_blocks else lanes
 
     def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """Return a single launch of a kernel over the first n points. The launch takes n as its argument."""
+        """Return a launch of a kernel over the first n points. The argument of the launch is n."""
         command = self._record(kernel, inputs, None)
 
-        # Warp's command has addresses only; the default argument keeps the arrays alive.
+        # Warp's command contains only addresses. The default argument keeps the arrays alive.
         def launch(points: int, _inputs: object = inputs) -> None:
             self.kernels += 1
             command.set_dim(points)
@@ -71,9 +74,9 @@ class Launcher:
         return wp.launch(kernel, 1, inputs=list(inputs), device=self.device, record_cmd=True, block_dim=width)
 
     def walk(self, parts: tuple[Callable[[int], object], ...], rows: int) -> None:
-        """Make the launches of all parts, in order, on all threads of a CPU. Each part is called with ``rows``.
+        """Launch the kernels of all parts in order, on a CPU on all threads. Each part is called with ``rows``.
 
-        On a CPU each tuple of parts is called only once, to list its launches. The parts must not do anything else.
+        On a CPU, the parts of a tuple are called only once, to list their launches. They must do nothing but launch.
         """
         if self.device != "cpu":
             for part in parts:
@@ -91,14 +94,14 @@ class Launcher:
         self._walkers.take(self._walks[parts], rows)
 
     def forget_walks(self) -> None:
-        """Delete the tables of all walks, because arrays were replaced.
+        """Delete the lists of all walks. Call this if arrays were replaced.
 
-        Each walk is listed again when it is next made.
+        The launches of a walk are listed again when the walk is next needed.
         """
         self._walks.clear()
 
     def repeat(self, condition: wp.array[int], launch: Callable[[], object]) -> None:
-        """Repeat a launch while the only value of ``condition`` is not 0."""
+        """Repeat a launch while ``condition``, an array with one value, is not 0."""
         if (steps := self._steps) is None:
             wp.capture_while(condition, launch)
             return
@@ -121,7 +124,7 @@ class RowLaunch:
     def __init__(self, launcher: Launcher, command: Any, inputs: object, lanes: int, extent: Extent) -> None:
         self._launcher, self.command, self._lanes, self.extent = launcher, command, lanes, extent
         self._rows = 0
-        # Warp's command has the addresses of arrays; this keeps the arrays alive.
+        # Warp's command contains only addresses. This keeps the arrays alive.
         self._inputs = inputs
 
     def __call__(self, rows: int) -> None:
@@ -129,7 +132,7 @@ class RowLaunch:
         if self._launcher.lists(self) or not rows:
             return
         self._launcher.kernels += 1
-        # Setting the rows takes as long as a launch, and most launches have the rows of the last one.
+        # Setting the rows takes as long as a launch. Most launches have the same rows as the launch before.
         if self._rows != rows:
             span = Span()
             span.begin, span.end = 0, rows
@@ -145,7 +148,7 @@ def record(device: str, compute: Callable[[], object]) -> Any:
 
     The recording contains the addresses of arrays, so these arrays must not be replaced.
     """
-    # Modules must not be loaded during a recording, least of all those for CPUs; all are loaded before.
+    # Modules must not be loaded during a recording. They were all loaded before.
     with wp.ScopedCapture(device=device, force_module_load=False) as capture:
         compute()
     return capture.graph

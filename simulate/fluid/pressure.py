@@ -17,20 +17,20 @@ from simulate.setup.signed_distance import Barrier
 LONGEST_CORRECTION = 0.25  # Longest correction of one iteration, divided by h
 CARRIED_OVER = int(pressure.CARRIED_OVER)
 CARRIED = 0.5
-"""Fraction of the multipliers that is carried over to the next substep. A larger fraction delays the response: with 0.7
-a column of water oscillates with growing amplitude, and with 0.8 a column of 300 mm2/s does so too."""
+"""Fraction of the multipliers that is carried over to the next substep. A larger fraction delays the response. With
+0.7, a column of water oscillates with growing amplitude, and with 0.8 also a column of a fluid of 300 mm2/s."""
 VISCOUS, THICK = 1.0, 100.0
-"""Range of damping in which pressure is carried over. Fluids with less damping would become restless. Thick sealant
-under the nozzle does not collapse at a damping of 190, but does from 340 on."""
+"""Smallest and largest damping at which pressure is carried over. Fluids with less damping would not come to rest.
+Thick sealant under the nozzle collapses from a damping of 340 on, but not at 190."""
 CARRYING = 3
-"""Number of iterations if pressure is carried over. Three are as calm as 4 iterations that start at zero, and leave two
-thirds of their compression. Two are not calm."""
+"""Number of iterations if pressure is carried over. With three, the fluid is as calm as with 4 iterations that start at
+zero, and is compressed two thirds as much. With two, the fluid is not calm."""
 
 
 class Iterations(NamedTuple):
-    """Pressure iterations of a run in a substep: the fraction that is carried over, and the number of iterations."""
+    """Pressure iterations of a run in a substep: fraction that is carried over, and number of iterations."""
 
-    carried: float  # Fraction of the last substep's multipliers at the start
+    carried: float  # Fraction of the last substep's multipliers with which the iterations start
     number: int
 
 
@@ -42,7 +42,7 @@ def iterations_of(damping: float, alone: int) -> Iterations:
 
 
 class Pressure:
-    """The pressure of all runs."""
+    """Computes the pressure of all runs."""
 
     def __init__(
         self,
@@ -114,7 +114,7 @@ class Pressure:
     def correct(self, rows: int, iteration: int | None = None) -> None:
         """Move particles by Eq. 3.
 
-        The last iteration (default) is limited by the walls, others by the nearest plane.
+        In the last iteration (default), the walls limit the motion. In other iterations, the nearest plane limits it.
         """
         number = self._most - 1 if iteration is None else iteration
         self._corrections[number](rows)

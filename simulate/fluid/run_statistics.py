@@ -18,7 +18,7 @@ class RunStatistics:
         self._runs = runs
         self.density: list[NDArray[np.floating]] = []  # Density errors of the moving particles in sampled frames
         self.owner: list[NDArray[np.integer]] = []  # Run of each of these particles, ascending within a sample
-        self.solves = array("q")  # Iterations by substep and run. Empty if frames are replayed.
+        self.solves = array("q")  # Number of iterations by substep and run. Empty if frames are replayed.
         self.moving = array("q")  # Number of moving particles by frame and run
         self.neighbours = np.zeros(runs, dtype=np.int64)  # Length of the longest neighbour list, by run
         self.frames_s = 0.0

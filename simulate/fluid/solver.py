@@ -27,22 +27,22 @@ from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, s
 MORE_ROOM = 9 / 8  # Factor by which the room of packed lists is enlarged if it is too small
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
-"""Shear rate in 1/s below which the viscosity of paste with a yield stress is constant. It is the lowest value that
-float32 allows."""
+"""Shear rate in 1/s below which the viscosity of paste with a yield stress is constant. With a lower value, float32
+would be too coarse."""
 QUIET_SHEAR = 0.015
-"""Shear rate in 1/s below which a particle may sleep. Its speed must also be below this rate times h, which is 0.06
-particle radii per second. With 0.1, paste that flows back along a slope falls asleep too early, up to 1.4 mm from its
-final position."""
+"""Shear rate in 1/s below which a particle may sleep. The particle's speed must also be below this rate times h, which
+is 0.06 particle radii per second. With 0.1, paste that flows back along a slope falls asleep too early, up to 1.4 mm
+from its final position."""
 PATIENCE_S = 0.5
-"""Time in s that a particle must be below ``QUIET_SHEAR`` before it sleeps. With 0.45, paste of 20 Pa with carried-over
-pressure falls asleep while it sags, and its settled level is off by 0.14 mm instead of 0.06 mm."""
-AGAIN_S = 0.15  # Same time for a woken particle. It is shorter, so that paste beside a flow soon sleeps again.
+"""Time in s for which a particle must be below ``QUIET_SHEAR`` before it sleeps. With 0.45, paste with a yield stress
+of 20 Pa and carried-over pressure falls asleep while it sags, and its settled level is off by 0.14 and not 0.06 mm."""
+AGAIN_S = 0.15  # The same time for a woken particle. It is shorter, so that paste beside a flow soon sleeps again.
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle, as in the prototype
-RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a particle
+RESTLESS_S = 0.1  # A slower neighbour wakes a particle if it has moved for this time in s
 ROWS_TOGETHER = 16  # Number of rows that a loop processes at a time
 RENUMBER_EVERY = 32
-"""Number of frames between renumberings of the particles by cells. With 16, a frame of 50,000 particles takes the same
-time. With 256, it takes a tenth more."""
+"""Number of frames after which the particles are renumbered by cells. With 16, a frame of 50,000 particles takes the
+same time. With 256, it takes a tenth longer."""
 MAX_SHARED = 30_000
 """Largest number of rows for which each row gets a warp of GPU threads. With more rows, each row has one thread. On an
 H200 a frame of 24,750 rows takes 8.9 ms with warps and 9.7 ms with threads. A frame of 49,500 rows takes 15.2 ms and
@@ -57,9 +57,9 @@ class Domain(NamedTuple):
 
 
 def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
-    """Return the user's number of substeps.
+    """Return the number of substeps of a frame: the user's number or, by default, the number for the preset.
 
-    By default, a substep is so short that particles fall only a little in it.
+    By default, a substep is so short that particles fall only a small fraction of h in it.
     """
     if settings.substeps is not None:
         return settings.substeps
@@ -71,7 +71,7 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
 
 
 def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: int) -> Iterations:
-    """Return the pressure iterations of a substep: the user's number, or the fewest that the fluid allows."""
+    """Return the pressure iterations of a substep: the user's number or, by default, the smallest suitable number."""
     alone = settings.scheme.iterations
     if settings.preset == "paper" or not fluid.moves_after_viscosity:
         return Iterations(0.0, alone)
@@ -80,9 +80,9 @@ def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: 
 
 
 class FluidSolver:
-    """Solver of one run, or of several runs that are computed together and share geometry and schedule.
+    """Solver of one run, or of several runs that are computed together, with the same geometry and release schedule.
 
-    It reads and writes no files and prints nothing.
+    The solver reads and writes no files and prints nothing.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class FluidSolver:
         """Bind all kernels. ``rows`` is the largest number of particles that move at the same time.
 
         ``down`` is the direction of gravity in the sample's coordinates. ``native`` is True to use the inner loops and
-        packed lists for CPUs. None: depends on the device.
+        packed lists for CPUs. If None, this depends on the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
@@ -112,7 +112,7 @@ class FluidSolver:
         self._frame_s = frame_s
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
-        # On a GPU the threads of a warp share a particle's sums, unless there are enough particles for all threads.
+        # On a GPU, the threads of a warp compute the sums of a particle together, unless there are very many particles.
         lanes = int(WARP) if device != "cpu" and rows <= MAX_SHARED else 1
         rows_of_movers = Extent(state.particles.mover_count, ROWS_TOGETHER)
         self.launcher = launcher = Launcher(device, rows_of_movers, threads, lanes)
@@ -123,8 +123,8 @@ class FluidSolver:
         self._lacking = reader(self.lists.lacking)
         self.sleeps = any(fluid.yields for fluid in fluids) and settings.sleep
         self.needs_shear_rate = any(fluid.depends_on_shear or fluid.by_age is not None for fluid in fluids)
-        """True if the viscosity of particles depends on their shear rate or age. It is then computed in each substep.
-        """
+        """True if the viscosity of particles depends on their shear rate or age. The viscosity is then computed in each
+        substep."""
         self.iterations = [iterations_for(settings, fluid, frame_s, substeps) for fluid in fluids]
         """Pressure iterations of each run."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
@@ -156,7 +156,7 @@ class FluidSolver:
         self._bind_moves(down)
         self._bind_frame()
         self._released = state.count
-        # Explicit passes need the host in each substep.
+        # With explicit passes, the host must act in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """True if frames are recorded and replayed. The host then gets no data during a frame."""
         self._recorded: Any = None  # The recording of a frame
@@ -165,8 +165,8 @@ class FluidSolver:
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, walls, launcher = self.state, self.lists.wall_particle, self.launcher
-        # Particles that come within h during the pressure iterations are listed in the next substep only; kernels
-        # vanish at h.
+        # Particles that come closer than h during the pressure iterations are listed only in the next substep. The
+        # error is small, since kernels vanish at h.
         low, high, size = domain.low, domain.high, self._support
         points = state.position, state.status
         self.fluid_cells = CellGrid(
@@ -208,7 +208,7 @@ class FluidSolver:
             self.step_s,
             self.barrier.grid,
         )
-        """Launch that moves paste, and fluid in physical units, by the velocity after viscosity."""
+        """Launch that moves particles by the velocity after viscosity, in runs with ``moves_after_viscosity``."""
 
     def _bind_frame(self) -> None:
         """Bind the kernels that are launched once in a frame."""
@@ -240,7 +240,7 @@ class FluidSolver:
     def step(self, *, measures_shear: bool = True) -> None:
         """Advance the moving particles by one substep, in the order of the paper's Algorithm 1.
 
-        Without ``measures_shear``, the shear rates of an earlier substep are used.
+        If ``measures_shear`` is False, the shear rates of an earlier substep are used.
         """
         self.find_neighbours(self.predict)  # Eq. 4
         parts = [self.pressure.solve, self.update_velocity]  # Eqs 1 to 3
@@ -256,12 +256,12 @@ class FluidSolver:
     def find_neighbours(self, *before: Callable[[int], object]) -> None:
         """List the neighbours of moving particles among the walls and all released particles, including those at rest.
 
-        ``before`` is launched first.
+        The launches ``before`` come first.
         """
         sort = [] if self.movers.sorted else [self._sort_movers]
         self._launch(*before, self._fill_cells, *sort, self._list)
         self.movers.sorted = True
-        # A GPU's lists always have room, and its recordings cannot wait for the host.
+        # On a GPU, the lists are always large enough, and recordings cannot wait for the host.
         while self.lists.room and self._lacking()[0]:
             self.make_room(self.lists.room * MORE_ROOM)
             self._launch(self._list)
@@ -291,7 +291,7 @@ class FluidSolver:
             self.launcher.walk(parts, self.rows)
 
     def make_room(self, room: float) -> None:
-        """Give each block of packed lists room for 16 times ``room`` entries. This empties the lists."""
+        """Enlarge each block of packed lists to 16 times ``room`` entries. The lists are then empty."""
         if self.lists.room:
             self.launcher.forget_walks()
             make_room(self.lists, int(room))
@@ -299,7 +299,7 @@ class FluidSolver:
 
     @property
     def _released(self) -> int:
-        """Number of particles, counted from the first one, that may have been released."""
+        """Number of particles, counted from the first particle, that may have been released."""
         return self._present
 
     @_released.setter
@@ -316,14 +316,14 @@ class FluidSolver:
     def advance(self, frame: int) -> list[Integers]:
         """Compute a frame: release, freezing, all substeps, fault checks.
 
-        Returns the viscosity's iterations by substep.
+        Returns the number of viscosity iterations of each run, (runs,), for each substep.
 
-        On a GPU a frame is recorded once and then replayed, without data for the host. The list is then empty.
+        On a GPU, a frame is recorded once and then replayed, without data for the host. The list is then empty.
         """
         if self.state.device == "cpu" and frame % RENUMBER_EVERY == 0:
             self._renumber()
         if self.replays and not self.recorded and self.kernels_a_frame:
-            # A recording has the addresses of the lists, which can then get no more room.
+            # A recording contains the addresses of the lists, so the lists cannot be enlarged afterwards.
             self.make_room(MAX_ROOM)
             self._recorded = record(self.state.device, lambda: self._run_frame(frame))
         if not self.recorded:
@@ -353,13 +353,14 @@ class FluidSolver:
         """
         self.fluid_cells.fill(self._released)
         order = self.fluid_cells.cells.number.numpy()[: self._released]
-        # Run by run; particles without a cell follow in their old order, so that those not released keep their places.
+        # Particles are sorted run by run. Particles without a cell come last in their old order, so that particles that
+        # are not released do not move.
         self.state.renumber(order[np.argsort(order // self.state.particles_per_run, kind="stable")])
 
     def begin_frame(self, frame: int) -> None:
         """Release the particles of a frame, and freeze particles that reach the freezing age."""
         state = self.state
-        # Of one run only the released particles are read; of several runs, or on a GPU, all.
+        # For one run on a CPU, only the released particles are processed. Otherwise, all particles are processed.
         if state.runs == 1 and not self.replays:
             self._released = state.released(frame)
         self._launch(self._age)
@@ -377,7 +378,7 @@ class FluidSolver:
         self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 
     def count_movers(self) -> int:
-        """Return the present number of moving particles. The host waits for it.
+        """Return the current number of moving particles. The host waits for this number.
 
         Raises RuntimeError if there are more moving particles than rows.
         """
@@ -387,14 +388,14 @@ class FluidSolver:
         return moving
 
     def lasting(self) -> dict[str, Any]:
-        """Return the arrays that a substep needs from the previous substep, by their names in a checkpoint."""
+        """Return the arrays that a substep needs from earlier substeps, by their names in a checkpoint."""
         return {**self.state.lasting(), "swelling": self.state.swelling}
 
     def resume(self, done: int) -> None:
         """Continue after ``done`` frames. Restore the lasting arrays before the call."""
         self.state.frame.fill_(done - 1)
         self.state.find_places()
-        # Particles at rest must have none, and an earlier frame's residuals may be at other places.
+        # Particles at rest must have no residual, and residuals from before may belong to other particles.
         self.state.scaled_residual.zero_()
         # The number of released particles is set when a frame begins.
         self._released = self.state.count

@@ -18,18 +18,18 @@ from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 
-SPARE = 2  # Entries after the last particle: a dummy particle that pads lists, and room for loads of sixteen bytes
+SPARE = 2  # Entries after the last particle: a dummy particle that pads lists, and space for loads of sixteen bytes
 KEPT = (
     *("position", "velocity", "earlier_velocity", "density", "volume_and_viscosity", "pressed", "free", "wall"),
     *("status", "number", "release_frame", "quiet_s"),
 )
 """Names of the arrays that later substeps need. A checkpoint uses the same names."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
-"""Free ball of a particle for which walls have not been searched yet. No position is inside or near this ball."""
+"""Free ball (ball without walls) of a particle for which walls have not been searched yet. No position is in it."""
 
 
 def reader(array: wp.array) -> Callable[[], NDArray[Any]]:
-    """Return a function that reads an array that is never replaced. On a CPU each call returns the same view."""
+    """Return a function that reads an array, which must never be replaced. On a CPU, calls return the same view."""
     if str(array.device) != "cpu":
         return array.numpy
     view = array.numpy()
@@ -37,18 +37,18 @@ def reader(array: wp.array) -> Callable[[], NDArray[Any]]:
 
 
 class State:
-    """All particles, run by run. The ``runs`` share one schedule.
+    """All particles, run by run. All ``runs`` have the same release schedule.
 
-    At the start the particles are in the order of release. ``renumber`` changes the order of the released ones.
-    ``number`` is each particle's position in the order of release. Methods that return a value for each particle use
-    the order of release. Particles that are not released yet have the position and velocity of their release.
+    At the start, the particles are in the order of release. ``renumber`` changes the order of the released particles.
+    ``number`` is the position of each particle in the order of release. Methods that return a value for each particle
+    use the order of release. Particles that are not released yet have the position and velocity of their release.
     """
 
     def __init__(self, schedule: Schedule, device: str, runs: int = 1) -> None:
         self.device, self.runs, self.particles_per_run = device, runs, schedule.particles
         self._released = schedule.released
         self._columns: list[wp.array] = []
-        self.particles = particles = device_code.Particles()  # The struct of these arrays that kernels take
+        self.particles = particles = device_code.Particles()  # Struct of these arrays, which is passed to kernels
         zeros, full = partial(wp.zeros, device=device), partial(wp.full, device=device)
         count, per_run = self.count, schedule.particles
         none, position = np.zeros((per_run, 3)), schedule.position_mm * CM
@@ -72,8 +72,8 @@ class State:
         """Faults of each particle so far. Each kind of fault is one bit."""
         self.frame = particles.frame = full(1, -1, int)
         self.present = full(1, count, int)
-        """Number of particles, counted from the first one, that may have been released. Launches process only these
-        particles."""
+        """Number of particles, counted from the first particle, that may have been released. Launches process only
+        these particles."""
         particles.mover_count = zeros(1, int)
         self.swelling = particles.swelling = full(runs, 1.0, float)
         particles.per_run = per_run
@@ -84,7 +84,7 @@ class State:
 
     @property
     def count(self) -> int:
-        """Number of all particles, released or not. As an index, it is the dummy particle after the last one."""
+        """Number of all particles, released or not. As an index, it is the dummy particle after the last particle."""
         return self.runs * self.particles_per_run
 
     def own(self, run: int) -> slice:
@@ -92,7 +92,7 @@ class State:
         return slice(run * self.particles_per_run, (run + 1) * self.particles_per_run)
 
     def released(self, frame: int) -> int:
-        """Return the number of a run's particles that have been released at the end of a frame's release."""
+        """Return the number of particles of a run that are released up to and including a frame."""
         return int(self._released[min(frame, len(self._released) - 1)])
 
     def lasting(self) -> dict[str, Any]:
@@ -100,7 +100,7 @@ class State:
         return {name: getattr(self, name) for name in KEPT}
 
     def column(self, dtype: type) -> Any:
-        """Return an array of zeros with one value per particle. It is renumbered with the particles."""
+        """Return an array of zeros with one value per particle. The array is renumbered together with the particles."""
         self._columns.append(wp.zeros(self.count, dtype, self.device))
         return self._columns[-1]
 
@@ -147,12 +147,12 @@ def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
 
 
 class MoversList:
-    """List of the particles that move. It is made again in each frame, because particles start and stop moving."""
+    """List of the particles that move. The list is made anew in each frame, because particles start and stop moving."""
 
     def __init__(self, state: State, launcher: Launcher, in_order: bool | None = None) -> None:
-        """Prepare the list. ``in_order`` is True to let one thread process all particles in order, as on a CPU.
+        """Prepare the list. ``in_order`` is True if one thread processes all particles in order, as on a CPU.
 
-        None: depends on the device.
+        If None, this depends on the device.
         """
         device = state.device
         self._state, self.sorted = state, False
@@ -164,7 +164,7 @@ class MoversList:
         self._order.row = wp.zeros(0 if self._in_order else state.count, int, device)
         by_cell, moving = (0, 1), state.particles
         if self._in_order:
-            # One slice, with any number of threads.
+            # There is only one slice, with any number of threads.
             whole = Extent(state.present, state.count)
             self._list = [
                 launcher.bind(listing.list_in_order, moving, self._order, way, extent=whole) for way in by_cell
@@ -175,21 +175,21 @@ class MoversList:
 
     def find(self, count: int) -> None:
         """List the moving particles among the first ``count`` particles of all runs, in the order of memory."""
-        # A GPU counts the movers at the last particle.
+        # On a GPU, the number of movers is computed at the last particle.
         self._list_first(count if self._in_order else self._state.count, by_cell=False)
 
     def sort(self, number: wp.array, count: int) -> None:
         """Sort a new list of moving particles by cells. ``number`` has the first ``count`` particles, cell by cell.
 
-        Successive rows then share neighbours, which are still in a processor's cache. The order is kept for the frame,
-        in which particles move little.
+        Successive rows then have common neighbours, which are still in a processor's cache. The order is kept for the
+        whole frame, in which particles move little.
         """
         self._order.number = number
         self._list_first(count, by_cell=True)
 
     def _list_first(self, count: int, *, by_cell: bool) -> None:
         if self._in_order:
-            # At least one row: without rows the list would not be remade.
+            # At least one row is needed. Without rows, the list would not be updated.
             self._list[by_cell](max(count, 1))
             return
         self._mark[by_cell](count)

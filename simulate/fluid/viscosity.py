@@ -1,8 +1,8 @@
-"""Solve the viscosity of a substep, Eq. 5, by backward Euler (one linear solve) or in q explicit passes as printed.
+"""Solve the viscosity of a substep, Eq. 5, by backward Euler (one linear solve) or in q explicit passes (the paper).
 
-With a yield stress tau or a flow index n, the viscosity is K gamma^(n - 1) + tau / gamma, divided by the density. K is
-the consistency. gamma is the shear rate of the last substep (one lagged Picard pass). The same law holds between the
-fluid and rough walls.
+With a yield stress tau or a flow index n, the kinematic viscosity is (K gamma^(n - 1) + tau / gamma) / rho. K is the
+consistency, rho the density, and gamma the shear rate of the last substep (one lagged Picard pass). The same law
+applies between the fluid and rough walls.
 """
 
 import math
@@ -21,22 +21,23 @@ from simulate.kernels import conjugate_gradients as code
 from simulate.kernels.pair_kernels import PairKernels
 from simulate.setup.rheology import DAMPING_FACTOR, Rheology, no_slip_weight
 
-OF_THE_RIGHT = 2e-2  # Largest residual, divided by the right side: a fifth of the error of a coarser time step
+OF_THE_RIGHT = 2e-2  # Largest residual, divided by the right side. A coarser time step has five times this error
 OF_THE_CHANGE = 1e-2
 """Largest residual, divided by the residual of the velocity without viscosity. With a larger value, the solve would end
 before a thin fluid is slowed."""
-ITERATIONS_AT_MOST = 5000  # Limit of the conjugate gradients; paste of 10,000 Pa takes up to 1,300
-STABLE = 0.9  # Largest fraction of a velocity that a pass may remove. It overshoots above 1 and explodes at 2.
+ITERATIONS_AT_MOST = 5000  # Largest number of iterations. A yield stress of 10,000 Pa takes up to 1,300
+STABLE = 0.9  # Largest fraction of a velocity that a pass may remove. A pass overshoots above 1 and diverges above 2.
 AT_WALLS = 5.0  # Largest fraction of a velocity that walls on three sides remove, divided by D / h
-RELEASE_SHEAR = 10.0  # Shear rate in 1/s of a particle just released, since its neighbours are from an earlier release
+# Shear rate in 1/s of a newly released particle. It is not measured, as the neighbours are from an earlier release
+RELEASE_SHEAR = 10.0
 
 
 def explicit_passes(
     paste: Rheology, support: float, frame_s: float, substeps: int, *, shears_per_s: tuple[float, float], frames: int
 ) -> float:
-    """Return the largest number of explicit passes that a paste needs in a substep, up to an age of ``frames``.
+    """Return the largest number of explicit passes that a paste needs in a substep, up to an age of ``frames`` frames.
 
-    ``shears_per_s`` are the slowest shear rate and the shear rate of a jet. Lengths are in cm.
+    ``shears_per_s`` are the lowest shear rate and the shear rate of a jet. Lengths are in cm.
     """
     step_s = frame_s / substeps
     per_viscosity = DAMPING_FACTOR * step_s / support**2
@@ -47,9 +48,9 @@ def explicit_passes(
 
 
 class Viscosity:
-    """Both solves of the viscosity, with the same pair weights.
+    """Solves the viscosity, implicitly or in explicit passes, with the same pair weights.
 
-    All runs are solved together, independently of each other.
+    Several runs are solved at the same time, independently of each other.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class Viscosity:
         self.make_room(lists)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
         self.search = code.new_search(rows, state.runs, state.device)
-        """State of the last conjugate-gradient search. ``unsolved`` is 1 for a run with a solve that ended above its
+        """State of the last conjugate-gradient search. ``unsolved`` is 1 for a run in which a solve did not reach its
         goal."""
         self._iterations = reader(self.search.iterations)
         self._other: Any = None  # The second velocity of explicit passes
@@ -97,7 +98,7 @@ class Viscosity:
         self._bind_search()
 
     def make_room(self, lists: Any) -> None:
-        """Give the links of pairs as much room as the neighbour lists have."""
+        """Make the arrays of the pairs' links as large as the neighbour lists."""
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
 
     def bind_weights(self, lists: Any) -> None:
@@ -150,9 +151,9 @@ class Viscosity:
         return np.full(self._state.runs, self._passes) if self.explicit else self._iterations().copy()
 
     def solve_implicit(self, rows: int) -> None:
-        """Solve backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
+        """Solve (I + A) v_new = v, backward Euler for Eq. 5, by conjugate gradients until every run is solved.
 
-        The device decides whether another iteration is needed, so a recorded solve takes as many as it needs.
+        The device decides whether another iteration is needed, also in a recorded frame.
         """
         self.weigh_pairs(rows)
         self._sum_residuals(self._parts)
@@ -168,14 +169,14 @@ class Viscosity:
         self._find_turn(self._state.runs)
 
     def pass_explicit(self, rows: int) -> int:
-        """Apply Eq. 5 as printed, v - (A / q) v, in the fewest stable passes. Returns the number of passes q."""
+        """Apply Eq. 5 as in the paper: q times v - (A / q) v, with the smallest stable q. Returns q."""
         state = self._state
         if self._other is None:
             self._other = wp.zeros(state.count + SPARE, wp.vec3, state.device)[: state.count]
-        # Copied, so that particles at rest have no speed in either array.
+        # The velocities are copied, so that particles at rest have no speed in both arrays.
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
-        # A first pass measures the restraints. Mostly it is the only one.
+        # The first pass measures the stability limit. Usually, no other pass is needed.
         self.pass_once(before, after, 1, rows)
         self._passes = max(1, math.ceil(self.system.restraint.numpy()[:rows].max(initial=0.0) / STABLE))
         for _ in range(self._passes):
@@ -186,7 +187,7 @@ class Viscosity:
         return self._passes
 
     def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
-        """Make one of ``passes`` (q) explicit passes. It is stable if the diagonal of A is at most about 1.95 q."""
+        """Make one of ``passes`` (q) explicit passes. A pass is stable if the diagonal of A is at most about 1.95 q."""
         launch = self._launcher.bind(
             self._pairs.pass_velocity[self._kernel],
             self._state.particles,

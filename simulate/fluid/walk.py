@@ -1,4 +1,4 @@
-"""List launches over rows once, and then make them in order as often as needed. Such a list is a walk."""
+"""Walks: lists of launches over rows, which are made once and then run in order as often as needed."""
 
 import ctypes
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ class Extent:
     """Rows of a launch in a walk."""
 
     count: wp.array[int]
-    """Number of rows: the only value of an array, which is read when the walk reaches the launch."""
+    """Number of rows, as an array with one value. It is read when the walk reaches the launch."""
     together: int = 1
     """Slices end at multiples of this number of rows."""
 
@@ -37,7 +37,7 @@ class Launch(Protocol):
 
 @dataclass(frozen=True)
 class Jump:
-    """Jump to step ``target`` if ``condition`` is not 0 (``wanted`` is True) or if it is 0 (``wanted`` is False)."""
+    """Jump to step ``target`` if ``condition`` is not 0 (for ``wanted`` True) or if it is 0 (for ``wanted`` False)."""
 
     condition: wp.array[int]
     target: int
@@ -45,7 +45,7 @@ class Jump:
 
 
 class KernelTable(NamedTuple):
-    """Addresses of a table of compiled kernels, as ``kernels.walk`` reads them, and of the launches' bounds."""
+    """Address and length of a table of compiled kernels for ``kernels.walk``, and address of the launches' bounds."""
 
     lines: int
     length: int
@@ -53,10 +53,10 @@ class KernelTable(NamedTuple):
 
 
 class Walk:
-    """Steps that are made in order. Their table has the arguments for each of the ``slices`` slices of a launch."""
+    """Steps that are made in order. Their table contains arguments for each of the ``slices`` parts of a launch."""
 
     def __init__(self, steps: Sequence[Launch | Jump], slices: int) -> None:
-        self._steps, self._calls = steps, list[CompiledCall]()  # Calls are kept alive: the table has addresses only
+        self._steps, self._calls = steps, list[CompiledCall]()  # Kept alive, as the table has only addresses
         self.table: KernelTable | None = None
         """Table of the steps. None if this version of Warp uses other private names."""
         lines: list[list[Any]] = []

@@ -14,22 +14,22 @@ from simulate.fluid.walk import Walk
 from simulate.kernels import walk as code
 
 ALONE, SPARE_S = 20, 0.3
-"""Factor, and time in s, for work on one thread after other programs took the cores of the other threads. The caller
-then works alone for ``ALONE`` times as long as it waited for the others, less ``SPARE_S``. Rare waits are tolerated,
-because they cost less time than the other threads save."""
-FEWEST_ROWS = 256  # Fewest rows that threads share: with fewer, a second thread uses more time than it saves
-LOWEST = 19  # Niceness of the other threads on Linux. Other programs go first, so that the caller keeps its core.
+"""If other programs use the cores of the background threads, the caller has to wait. It then works alone for ``ALONE``
+times the waiting time, minus ``SPARE_S`` seconds. Rare waits are tolerated, because they cost less time than the
+background threads save."""
+FEWEST_ROWS = 256  # With fewer rows, only one thread works, because a second thread would save no time
+LOWEST = 19  # Niceness of the background threads on Linux, so that they do not take the caller's core
 
 
 def slices_for(threads: int) -> int:
-    """Return the number of slices of a launch: two for each of several threads."""
+    """Return the number of slices of a launch: two per thread, or one if there is only one thread."""
     return 1 if threads == 1 else 2 * threads
 
 
 class Walkers:
-    """The caller's thread and ``threads`` - 1 background threads, which end with this object.
+    """The caller's thread and ``threads`` - 1 background threads. The background threads end with this object.
 
-    The background threads take slices of a walk while they have a core. The caller takes the remaining slices.
+    The background threads process slices of a walk while they have a core. The caller processes the remaining slices.
     """
 
     def __init__(self, threads: int) -> None:
@@ -52,7 +52,7 @@ class Walkers:
             Thread(target=_follow, args=(begin, launch), daemon=True).start()
 
     def take(self, walk: Walk, rows: int) -> None:
-        """Make the launches of a walk. Most of them are over ``rows`` rows."""
+        """Make the launches of a walk. Most launches have ``rows`` rows."""
         if walk.table is None:
             walk.launch_each()
             return

@@ -1,6 +1,6 @@
 """Device code that measures the settled sealant of all runs without copying particles. Units are mm and mm/s.
 
-It uses double precision. Sums are added in a fixed order, over blocks of threads and over the parts of each run.
+Numbers have double precision. Sums are computed in a fixed order, over blocks of threads and over the parts of a run.
 """
 
 import warp as wp
@@ -9,10 +9,10 @@ from simulate.kernels.lanes import most_over_block, over_block
 from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import FROZEN, MOVING, Particles, Span
 
-LANES = 64  # Threads of a GPU's block, as in most launches: the module is compiled again for each width
+LANES = 64  # Threads of a GPU's block, as in most launches, because the module is compiled for each width
 PARTS = wp.constant(32)
-"""Number of parts of a run that are summed separately. The host adds up their sums. With 32 parts, a single run fills a
-quarter of a GPU."""
+"""Number of parts of a run that are summed separately. The host adds up the sums of the parts. With 32 parts, a single
+run uses a quarter of a GPU."""
 
 wp.set_module_options({"enable_backward": False})
 
@@ -28,20 +28,20 @@ class Lines:
     cell: wp.array[int]
     z_mm: wp.array[wp.float64]
     upward: wp.array[int]  # 1 for a facet that faces up
-    ceiling_mm: wp.array[wp.float64]  # End of the free stretch above each crossing
+    ceiling_mm: wp.array[wp.float64]  # Upper end of the free part of the line above each crossing
 
 
 @wp.struct
 class Liquid:
     """The settled particles, and the top of the liquid above each crossing."""
 
-    position_mm: wp.array[wp.vec3d]  # In the solid's turned frame. NaN for a particle that has not settled.
+    position_mm: wp.array[wp.vec3d]  # In the rotated frame of the lines. NaN for a particle that has not settled.
     top_mm: wp.array[wp.float64]  # Top of the liquid above each crossing, run by run
 
 
 @wp.struct
 class Sizes:
-    """Constants of all runs: unit of length, radius, depth, gravity, speed limits and the columns' angle."""
+    """Constants of all runs: unit of length, gravity, speed thresholds, radius, floor, and rotation of the lines."""
 
     mm: wp.float64  # One millimetre in the solver's unit of length
     down: wp.vec3d  # Direction of gravity
@@ -57,14 +57,14 @@ class Beds:
     """Measured figures of the settled sealant, and the arrays for measuring them."""
 
     count: wp.array2d[wp.vec4i]
-    """Four numbers of particles, by run and part: those that have settled, that move, that have settled and move, and
-    that have settled, move and flow."""
+    """Four numbers of particles, by run and part: settled; moving; settled and moving; settled, moving and faster than
+    ``flows_mm_s``."""
     length_mm: wp.array2d[wp.float64]  # Wet length of the vertical lines, by run and part
     liquid: Liquid
     """Particles on the sample that are not in flight, and the tops of the liquid, for a batch of runs."""
 
 
-# Several particles raise the same top, and Warp's ``atomic_max`` is not atomic on a CPU.
+# Several threads may raise the same top. On a CPU, Warp's ``atomic_max`` is not atomic.
 @wp.func_native("""
 #ifdef __CUDA_ARCH__
 wp::atomic_max(top_mm, line, z_mm);
@@ -130,8 +130,8 @@ def raise_surface(
 ):
     """Raise the liquid to ``half_mm`` above each particle, on the vertical lines of cells within reach.
 
-    Only the free stretch of a line at the particle's height is raised, from an upward crossing. The first particle is
-    ``first``.
+    On a line, the liquid is raised only in the free part at the particle's height, which begins at a facet that faces
+    up. The first particle is ``first``.
     """
     for k in range(rows.begin + wp.tid(), rows.end, rows.step):
         raise_around(k, first, per_run, half_mm, reach_mm, lines, liquid)
@@ -139,7 +139,7 @@ def raise_surface(
 
 @wp.func
 def is_here(particles: Particles, i: int):
-    """Return True for a released particle that is not lost. A particle that is not released has another status."""
+    """Return True for a particle that has been released and is not lost."""
     return particles.status[i] <= FROZEN and wp.isfinite(particles.position[i][:3])
 
 
@@ -178,9 +178,9 @@ def find_lying(
     sizes: Sizes,
     beds: Beds,  # out: the liquid's position_mm
 ):
-    """Find settled particles: ``profile.settled`` on the device, with one block of threads per particle.
+    """Find settled particles as ``profile.settled`` does, with one block of threads per particle.
 
-    The block of a falling particle searches for settled sealant below it. Other blocks end at once.
+    The block of a falling particle searches for settled sealant close below the particle. Other blocks end at once.
     """
     lane = wp.tid() % wp.block_dim()
     for i in range(rows.begin + wp.tid() // wp.block_dim(), rows.end, rows.step):
@@ -240,7 +240,7 @@ def sum_lines(
     first_run: int,
     beds: Beds,  # out: length_mm of a batch of runs
 ):
-    """Sum the wet lengths of the vertical lines, each from the foot of a free stretch to its top or its ceiling."""
+    """Sum the wet lengths of the vertical lines, from the floor of a free part to the liquid's top or the ceiling."""
     lane = wp.tid() % wp.block_dim()
     for part in range(rows.begin + wp.tid() // wp.block_dim(), rows.end, rows.step):
         run = part // PARTS

@@ -1,4 +1,4 @@
-"""Device code that sorts points into cells on a GPU. On a CPU, one thread does this in ``cells_cpu``."""
+"""Device code that sorts points into cells on a GPU. ``cells_cpu`` does the same on one thread of a CPU."""
 
 import warp as wp
 
@@ -6,22 +6,23 @@ from simulate.kernels.status import FROZEN
 
 wp.set_module_options({"enable_backward": False})
 
-NEARLY_ONE = wp.constant(1.0001)  # Squared distance up to which lines are searched, in cells, with room for rounding
+NEARLY_ONE = wp.constant(1.0001)  # Squared distance, in cells, up to which lines of cells are searched. 1 plus rounding
 
 
 @wp.struct
 class CellArrays:
-    """Points sorted by cell, along the shortest side of the box first. Three adjacent cells along it are one range.
+    """Points sorted by cell. Cells are numbered along the shortest side of the box first.
 
-    The points of a long crack are then sorted along the crack, and a range of points has few neighbours in other
-    ranges. Each run has its own cells. The walls have one set of cells for all runs.
+    Three adjacent cells along that side are one range. The points of a long crack are then sorted along the crack, and
+    a range of points has few neighbours in other ranges. Each run has its own cells. The walls have one set of cells
+    for all runs.
     """
 
-    axis: wp.vec3i  # Axes from the shortest side of the box to the longest, also the order of corner and count
+    axis: wp.vec3i  # Axes from the shortest side of the box to the longest. ``corner`` and ``count`` have this order
     corner: wp.vec3
     size: float
     count: wp.vec3i
-    points_per_run: int  # Number of points of each run; runs follow each other
+    points_per_run: int  # Number of points of each run. The points are stored run by run
     start: wp.array[int]
     x: wp.array[float]
     y: wp.array[float]
@@ -36,7 +37,7 @@ class Sorting:
     cell: wp.array[int]  # Cell of each point
     rank: wp.array[int]  # Number of points of the same cell that were counted before each point
     count: wp.array[int]  # Number of points of each cell
-    number: wp.array[int]  # Points sorted by cell alone
+    number: wp.array[int]  # Points sorted by cell, in arbitrary order within a cell
 
 
 @wp.func
@@ -48,7 +49,7 @@ def cells_per_run(cells: CellArrays):
 def cell_along(x: float, corner: float, size: float, count: int):
     """Return the cell index along an axis.
 
-    Points outside the grid belong to border cells, so neighbours stay adjacent.
+    Points outside the grid are in border cells, so that neighbours are in adjacent cells.
     """
     return wp.clamp(int(wp.floor((x - corner) / size)), 0, count - 1)
 

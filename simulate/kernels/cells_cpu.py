@@ -1,4 +1,4 @@
-"""Sort points into cells on a CPU, as ``cells`` does: a counting sort that keeps the order of points.
+"""Sort points into cells on a CPU, as ``cells`` does on a GPU, with a counting sort that keeps the order of points.
 
 One thread counts. This takes half the time of a sort by keys.
 """
@@ -20,10 +20,10 @@ class Points:
     position: wp.array[wp.vec4]
     status: wp.array[int]
     index: wp.array[int]
-    """Index in memory of each point. Points of a cell are kept in the order of this array."""
-    present: wp.array[int]  # A single value: the number of first points that are sorted
+    """Indices of the points in memory. The points of a cell are in the order of this array."""
+    present: wp.array[int]  # A single value: the number of points, counted from the first, that are sorted
     cell: wp.array[int]
-    rank: wp.array[int]  # Rank of each point in its cell
+    rank: wp.array[int]  # Number of points of the same cell before each point
 
 
 @wp.func_native(
@@ -98,7 +98,7 @@ def find_cells_of(
     points: Points,  # out: cell
     cells: CellArrays,
 ):
-    """Find the cell of each point. The last cell, after the cells of all runs, is for points that are left out."""
+    """Find the cell of each point. Points that are left out are in an additional cell after the cells of all runs."""
     find_cells(rows.begin, rows.end, cells, points)
 
 

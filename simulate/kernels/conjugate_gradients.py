@@ -1,9 +1,9 @@
 """Device code of the conjugate gradients that solve the viscosity's linear system, for all runs together.
 
-Runs are independent: the results of each are bit-identical with any number of threads and of other runs. On a GPU a
-block of threads sums one part of a run, or all its parts. Each thread takes every 64th row (``LANES``). A tile adds up
-the threads' sums, in an order that depends only on the block's width. On a CPU a block has one thread, which takes all
-rows.
+Runs are independent: the results of a run are bit-identical with any number of threads and of other runs. On a GPU, a
+block of threads sums one part of a run, or all its parts. Each thread processes every 64th row (``LANES``). A tile adds
+up the threads' sums, in an order that depends only on the block's width. On a CPU, a block has one thread, which
+processes all rows.
 """
 
 from functools import partial
@@ -18,17 +18,17 @@ from simulate.kernels.status import Particles, Span
 wp.set_module_options({"enable_backward": False})
 
 CHUNKS = wp.constant(64)
-"""Number of parts of a run that are summed separately. It is the same on all devices and with any number of threads."""
+"""Number of parts of a run that are summed separately, the same on all devices and with any number of threads."""
 
 ROUNDS = wp.constant(1.0e-5)
-"""Fraction of a curvature below which the difference of two float32 sums may be mere rounding."""
+"""If the difference of two float32 sums is below this fraction of the curvature, it may be only rounding error."""
 
 UNIT_ROUNDOFF = wp.constant(6.0e-8)  # Unit roundoff of float32
 ROUNDINGS = wp.constant(16.0)
-"""Lowest residual that a solve aims for, as a multiple of the residual that rounding each velocity to float32 once
-leaves. It is 16 because each row adds up about 40 pairs."""
+"""Smallest goal of a solve, as a multiple of the residual that is left if each velocity is rounded to float32 once. It
+is 16 because each row is a sum over about 40 pairs."""
 
-LANES = 64  # Threads of a GPU's block. A part has up to 230 rows in one run of the paper, and 12 in 132 such runs.
+LANES = 64  # Threads of a GPU's block. With the paper's run, a part has up to 230 rows, and with 132 such runs 12.
 
 Sums = wp.types.vector(length=5, dtype=wp.float32)
 
@@ -38,10 +38,10 @@ Symmetric = wp.types.vector(length=6, dtype=wp.float32)
 
 @wp.struct
 class System:
-    """Linear system (I + A) v_new = v of backward Euler on Eq. 5. Arrays are by row."""
+    """Linear system (I + A) v_new = v of backward Euler for Eq. 5. Arrays have one entry per row unless stated."""
 
     links: wp.array2d[wp.vec3h]
-    """Links of the pairs (``pair_sums.link_pairs_by``), in the same slots as the fluid's neighbour lists."""
+    """Links of the pairs (``pair_sums.link_pairs_by``), in the same slots as in the fluid's neighbour lists."""
     drag: wp.array[float]  # Drag by the walls
     restraint: wp.array[float]  # Drag by the walls and by neighbours at rest
     inverse: wp.array[Symmetric]  # Inverse of the particle's diagonal block of I + A
@@ -51,10 +51,12 @@ class System:
 
 @wp.struct
 class Search:
-    """State of the conjugate gradients in the form of Chronopoulos and Gear. Vectors are by row, scalars by run.
+    """State of the conjugate gradients in the form of Chronopoulos and Gear.
+
+    Vectors have one entry per row, and scalars have one entry per run.
 
     The scaled residual is the residual times the inverse of each particle's diagonal block (Jacobi's preconditioner).
-    It is by particle, because the matrix is applied to it.
+    It has one entry per particle, because the matrix is applied to it.
     """
 
     residual: wp.array[wp.vec3]
@@ -66,16 +68,16 @@ class Search:
     left: wp.array2d[float]  # Square of each part's new residual
     error: wp.array[float]
     length: wp.array[float]  # Length of the step along the direction
-    turn: wp.array[float]  # Multiple of the last direction that is added to the next one
+    turn: wp.array[float]  # Multiple of the last direction that is added to the next direction
     goal: wp.array[float]
-    holds: wp.array[float]  # Number of particles plus the drag by walls and by particles at rest
+    holds: wp.array[float]  # Number of particles, plus the drag by walls and by particles at rest
     iterations: wp.array[int]
     more: wp.array[int]  # A single number, 1 if a run needs another iteration
-    unsolved: wp.array[int]  # 1 for each run with a search that ended above its goal
+    unsolved: wp.array[int]  # 1 for each run in which a search ended above its goal
 
 
 def new_system(rows: int, at_walls: Any, shear: Any, device: str) -> Any:
-    """Return a system without links. ``at_walls`` and ``shear`` are arrays by particle."""
+    """Return a system without links. ``at_walls`` and ``shear`` are arrays with one entry per particle."""
     system, zeros = System(), partial(wp.zeros, device=device)
     system.drag = zeros(rows)
     system.restraint = zeros(rows)
@@ -86,7 +88,7 @@ def new_system(rows: int, at_walls: Any, shear: Any, device: str) -> Any:
 
 
 def new_search(rows: int, runs: int, device: str) -> Any:
-    """Return a search with up to ``rows`` rows for all runs together."""
+    """Return a search with space for ``rows`` rows of all runs together."""
     search, zeros = Search(), partial(wp.zeros, device=device)
     search.residual = zeros(rows, wp.vec3)
     search.product = zeros(rows, wp.vec3)
@@ -144,7 +146,7 @@ def whole_sum(search: Search, run: int, lane: int):
 
 @wp.func
 def begins_run(part: int, begin: int):
-    """Return True if a part is the first of its run, or the first part that a thread takes."""
+    """Return True if a part is the first part of its run, or the first part that a thread processes."""
     return part == begin or part % CHUNKS == 0
 
 
@@ -155,7 +157,7 @@ def sum_residuals(
     system: System,
     search: Search,  # out: partial, and zero in ``more``
 ):
-    """Sum the squares of the right side and of both residuals, in the preconditioner's norm."""
+    """Sum the squares of the right side and of the two residuals, in the preconditioner's norm, and further sums."""
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         if part + lane == 0:
@@ -180,8 +182,8 @@ def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_t
     The goal is at most the fraction ``of_the_right`` of the right side. It is also at most the fraction
     ``of_the_change`` of the residual without viscosity, unless that is below rounding.
     """
-    # Stiff sealant that moves as a whole has a residual by rounding only: of velocities times the matrix, whose size is
-    # the ratio of their squares in both norms.
+    # Stiff sealant that moves as a whole has only a residual from rounding. It is estimated as the rounding of the
+    # velocities times the size of the matrix, which is the ratio of their squares in the two norms.
     rounded = ROUNDINGS * UNIT_ROUNDOFF * squares[4]
     change = wp.max(of_the_change * of_the_change * squares[1], rounded * rounded / wp.max(squares[0], 1.0e-30))
     search.goal[run] = wp.min(of_the_right * of_the_right * squares[0], change)
@@ -219,7 +221,7 @@ def start_search(
     system: System,
     search: Search,  # out: also all scalars, which blocks do not read here
 ):
-    """Start each run's search at its guess or at the velocity without viscosity, whichever has the smaller residual.
+    """Start each run's search from the guess or the velocity without viscosity, whichever has the smaller residual.
 
     The guess is in the array of the scaled residual.
     """
@@ -235,7 +237,7 @@ def start_search(
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
             i = particles.mover[row]
             r = search.residual[row]
-            # Start at the guess if it is nearer than the velocity without viscosity, and finite.
+            # This is False if the residual of the guess is not finite.
             if squares[2] < squares[1]:
                 r = search.product[row]
                 particles.velocity[i] = particles.scaled_residual[i]
@@ -271,12 +273,12 @@ def sum_curvature(
 
 @wp.func
 def way_of(search: Search, run: int, along: float):
-    """Return the step of least energy along the next direction, and the multiple of the last direction in it."""
+    """Return the length of the step along the next direction, and the multiple of the last direction in it."""
     curvature = along
     turn = search.turn[run]
     if turn > 0.0:
         curvature -= turn * search.error[run] / search.length[run]
-        # If the difference is rounding only, the search restarts.
+        # If the difference is only rounding error, the search is restarted.
         if curvature < ROUNDS * along:
             turn = 0.0
             curvature = along
@@ -328,7 +330,7 @@ def find_turn(
     at_most: int,
     search: Search,  # in, out
 ):
-    """Store the length of the step, the multiple of its direction in the next one, and whether another step follows."""
+    """Store the length of the step and the multiple of its direction in the next. Request another step if needed."""
     lane = wp.tid() % wp.block_dim()
     for run in range(runs.begin + wp.tid() // wp.block_dim(), runs.end, runs.step):
         if is_solved(search, run):
@@ -337,7 +339,7 @@ def find_turn(
         lane_sum = float(0.0)
         for chunk in range(lane, CHUNKS, wp.block_dim()):
             lane_sum += search.left[run, chunk]
-        # The sum waits for all threads: all have read above what one of them writes below.
+        # The sum waits for all threads, so all threads have read the values that one thread changes below.
         error = over_block(lane_sum)
         if lane == 0:
             way = way_of(search, run, along)
@@ -353,7 +355,7 @@ def sum_left(
     particles: Particles,
     search: Search,  # out: partial
 ):
-    """Sum the residuals of each run."""
+    """Sum the residual vectors of each part of a run."""
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         rows = rows_of(particles, part)
@@ -367,7 +369,7 @@ def sum_left(
 def shift_all(parts: Span, particles: Particles, search: Search):
     """Add the same velocity to all particles of a run, so that its summed residual becomes zero.
 
-    Momentum between pairs is then conserved, whatever residual the search leaves.
+    Momentum between pairs is then conserved for any residual that the search leaves.
     """
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()
@@ -378,7 +380,7 @@ def shift_all(parts: Span, particles: Particles, search: Search):
         if begins_run(part, begin):
             left = whole_sum(search, run, lane)
             by = left[:3] / wp.max(search.holds[run], 1.0)
-        # A velocity that is not finite stays with its own particle, which the fault check then reports.
+        # If the shift is not finite, it is not applied. The fault check then reports only the particle that caused it.
         if not wp.isfinite(by):
             continue
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):

@@ -1,4 +1,4 @@
-"""Device code: the signed distance to the solid, from a grid, and moves that cannot cross the solid. Units are cm.
+"""Device code: signed distances to the solid from a grid, and moves that cannot cross the solid. Units are cm.
 
 Distances are positive in open space and negative in the solid.
 """
@@ -8,23 +8,22 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(4)
-"""Number of cells along the edge of a block. Each edge has one more node than cells, so that interpolation never needs
-two blocks."""
+"""Number of cells along the edge of a block of the grid. Each edge has one more node than cells, so that interpolation
+never needs two blocks."""
 NODES = wp.constant(125)  # Number of nodes of a block
 FAR = wp.constant(-1)
 FACE = wp.constant(-2)
 OUTSIDE = wp.constant(-3)
 BESIDE = wp.constant(1.0e3)  # Distance at positions outside the grid, next to the sample's block
-ROUNDED = wp.constant(2.0)  # Each component of the normal if the nearest surface is not a plane
+ROUNDED = wp.constant(2.0)  # Value of the components of the stored normal if the nearest surface is not a plane
 AS_PLANE = wp.constant(0.1)
-"""Largest distance from the last search for walls up to which a wall counts as the same plane, divided by the
-clearance."""
+"""Within this distance of the last search for walls, divided by the clearance, the wall counts as the same plane."""
 NEARBY = wp.constant(0.5)
-"""Largest distance from the last search for walls at which a prediction uses the stored plane, divided by the
-clearance. Farther away, another wall may be nearer."""
+"""Within this distance of the last search for walls, divided by the clearance, a prediction uses the stored plane.
+Farther away, another wall may be nearer."""
 LARGEST = wp.constant(3.0e38)  # A number counts as finite if it is below this
 PIECES = wp.constant(256)
-"""Largest number of pieces of a move. A longer move ends early, but a run with such speeds would end before."""
+"""Largest number of pieces of a move. A longer move is cut off. At such speeds, the fault checks end the run."""
 
 
 @wp.struct
@@ -80,7 +79,7 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
     if row == FACE:
         return wp.vec4(0.0, 0.0, 1.0, x[2])
     if row == FAR:
-        # A lower bound of the size, by the block's farthest corner.
+        # A lower bound of the distance in the whole block: the distance at the centre, minus the distance to a corner.
         middle = solid.centre[block_at(solid, a, b, c)]
         size = wp.abs(middle) - 0.8661 * reach * solid.spacing
         return wp.vec4(0.0, 0.0, 0.0, wp.sign(middle) * size)
@@ -108,7 +107,7 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
     d0 = wp.lerp(d00, d01, q)
     d1 = wp.lerp(d10, d11, q)
     distance = wp.lerp(d0, d1, p)
-    # Most places are far from walls, and do not need the gradient.
+    # Most positions are far from walls and do not need the gradient.
     if distance >= below or distance <= 0.0:
         return wp.vec4(0.0, 0.0, 0.0, distance)
     slope_z = wp.lerp(wp.lerp(d001 - d000, d011 - d010, q), wp.lerp(d101 - d100, d111 - d110, q), p)
@@ -139,14 +138,14 @@ class Landing:
 def push_out(solid: Distance, x: wp.vec3):
     """Move a position away from walls that are nearer than the clearance.
 
-    Each step is shorter than the present distance, so it cannot cross a thin wall. In a corner each step moves away
-    from the nearest wall.
+    Each step is shorter than the current distance, so it cannot cross a thin wall. In a corner, each step leads away
+    from the wall that is then nearest.
     """
     position = x
     enough = 0.999 * solid.clearance
     wall = wp.vec4(0.0)
     for turn in range(9):
-        # Called in one place only, because a compiler copies the function for each call.
+        # The function is called at only one point, because a compiler copies it for each call.
         wall = distance_at(solid, position, 2.0 * solid.clearance)
         if wall[3] >= enough or wall[3] <= 0.0 or turn == 8:
             break
@@ -156,14 +155,14 @@ def push_out(solid: Distance, x: wp.vec3):
 
 @wp.func
 def slide(plane: wp.vec4, start: wp.vec3, step: wp.vec3, clearance: float):
-    """Return a step, shortened so that it keeps the clearance from a plane wall."""
+    """Return a step, changed so that its end keeps the clearance from a plane wall."""
     normal = plane[:3]
     return step + wp.max(clearance - (wp.dot(normal, start + step) - plane[3]), 0.0) * normal
 
 
 @wp.func
 def is_plane(beside: wp.vec4) -> bool:
-    """Return True if the nearest wall of a particle is a plane, not a rounded or unknown surface."""
+    """Return True if the nearest wall of a particle is known to be a plane."""
     return beside[0] != ROUNDED and wp.length_sq(beside[:3]) > 0.0
 
 
@@ -176,8 +175,8 @@ def is_number(x: float) -> bool:
 @wp.func
 def move(
     solid: Distance,
-    free: wp.array[wp.vec4],  # in, out: a ball for each particle, centre and radius, that keeps clear of all walls
-    beside: wp.array[wp.vec4],  # in, out: plane of the nearest wall, after the first search
+    free: wp.array[wp.vec4],  # in, out: a ball for each particle (centre, radius) in which no wall limits a move
+    beside: wp.array[wp.vec4],  # in, out: plane of the nearest wall at the last search
     i: int,
     start: wp.vec3,
     step: wp.vec3,
@@ -186,14 +185,14 @@ def move(
     """Return the part of ``step`` from ``start`` that walls allow. The move slides along walls.
 
     Walls are searched again if the move leaves the free ball and, next to a plane, also the surroundings of the last
-    search. If the start is at half the clearance or more, all positions on the way are outside the solid: the pieces of
-    the move are shorter than that distance, and a piece that would end nearer to a wall is dropped.
+    search. If the start is at least half the clearance from walls, the move never enters the solid: its pieces are
+    shorter than that distance, and a piece that would end closer to a wall is dropped.
 
     ``for_now`` marks a prediction, which the last move of the substep replaces. A prediction uses the plane of a wall
-    in wider surroundings. It also stores the plane that replaces the walls in the moves before the last one.
+    within a larger distance. The plane that it stores replaces the walls in the moves before the last move.
     """
     squared = wp.length_sq(step)
-    # A step that is not finite is returned, so that the fault check finds it: with a step of 0 it would seem at rest.
+    # A step that is not finite is returned, so that the fault check finds it.
     if squared == 0.0 or not is_number(squared):
         return step
     ball = free[i]
@@ -237,7 +236,7 @@ def move_along(
     pieces = wp.min(int(length / (0.45 * solid.clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * solid.clearance))
     landing = Landing(start, wp.vec3(0.0), 0.0)
-    # Summed up piece by piece: a difference of two positions has their rounding errors.
+    # The move is summed piece by piece, because a difference of two positions would have their rounding errors.
     moved = wp.vec3(0.0)
     for _piece in range(pieces):
         ahead = landing.position + piece
@@ -250,7 +249,8 @@ def move_along(
     n = landing.slope
     if rounded_at(solid, x):
         n = wp.vec3(ROUNDED)
-    # At most the grid's margin around the walls; 0 next to the sample's block, whose sides are not in the grid.
+    # The radius is at most the grid's margin around the walls. It is 0 beside the sample's block, whose sides are not
+    # in the grid.
     radius = wp.where(landing.distance < BESIDE, wp.min(landing.distance - solid.clearance, solid.clearance), 0.0)
     free[i] = wp.vec4(*x, radius)
     beside[i] = wp.vec4(*n, wp.dot(n, x) - landing.distance)
@@ -259,7 +259,7 @@ def move_along(
 
 @wp.func
 def near_free(ball: wp.vec4, x: wp.vec3, clearance: float) -> bool:
-    """Return True if a position is nearer to the centre of its free ball than any wall is."""
+    """Return True if a position is closer to the centre of its free ball than any wall is."""
     return wp.length(x - ball[:3]) < ball[3] + clearance
 
 

@@ -1,8 +1,8 @@
 """Device code: signed distances to the solid's mesh, for the grid of ``distance``. Units are cm.
 
-Warp's query of the nearest point is exact except next to needle-shaped triangles. The face around a crack has many of
-these, and the query returns up to 0.08 mm too much there. The nodes of the grid therefore use another search, which
-takes half the time.
+Warp's query of the nearest point is exact except next to needle-shaped triangles. The face around a crack has many such
+triangles, and there the query returns distances that are up to 0.08 mm too large. The distances at the grid's nodes
+therefore come from another search, which takes half the time.
 """
 
 import warp as wp
@@ -12,7 +12,7 @@ from simulate.kernels.run_module import run_kernel
 
 wp.set_module_options({"enable_backward": False})
 
-NOT_OWN = wp.constant(-1.0)  # Squared distance that marks a node which another block measures
+NOT_OWN = wp.constant(-1.0)  # Value that marks a node whose distance is measured by another block
 
 
 @wp.struct
@@ -20,8 +20,8 @@ class Places:
     """Positions at which the exact signed distance is measured."""
 
     point: wp.array[wp.vec3]
-    nearby: wp.array[float]  # Distance at another position near each point, or zero
-    away: wp.array[float]  # Largest distance to that other position, or of the search
+    nearby: wp.array[float]  # Signed distance at another position near each point, or 0
+    away: wp.array[float]  # Largest distance of the point from that position, or, if there is none, of the search
     distance: wp.array[float]
 
 
@@ -30,7 +30,7 @@ class Blocks:
     """Blocks of the grid that have nodes, and the distances at their nodes."""
 
     number: wp.array[wp.vec3i]
-    distance: wp.array2d[float]  # Distance by row and node
+    distance: wp.array2d[float]  # Distance at each node, by row and node
 
 
 @run_kernel
@@ -38,7 +38,7 @@ def measure_places(
     mesh: wp.uint64,
     places: Places,  # out: distance, NaN if no triangle is within reach
 ):
-    """Measure the exact signed distance. It is negative if a ray crosses the surface an odd number of times."""
+    """Measure the exact signed distance at each point. It is negative inside the solid."""
     i = wp.tid()
     x = places.point[i]
     nearby = places.nearby[i]
@@ -55,12 +55,12 @@ def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, nearby: float, away: flo
     """Return the distance ``size`` at ``x`` with its sign.
 
     ``nearby`` is the signed distance at another position, at most ``away`` from ``x``. If both positions are far from
-    the surface, it cannot be between them, and the signs are equal. Otherwise a ray decides, which takes as long as a
-    search for the nearest triangle.
+    the surface, the surface cannot be between them, and the signs are equal. Otherwise the crossings of a ray with the
+    surface are counted. The ray takes as long as a search for the nearest triangle.
     """
     if size + wp.abs(nearby) > away:
         return wp.sign(nearby) * size
-    # The ray of Warp's mesh_query_point_sign_parity, which would search the nearest triangle again.
+    # This is the ray of Warp's mesh_query_point_sign_parity, which would also search for the nearest triangle again.
     state = wp.rand_init(42)
     ray = wp.vec3(1.0) + wp.vec3(wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1))
     return wp.where(wp.mesh_query_ray_count_intersections(mesh, x, ray) % 2 == 1, -size, size)
@@ -109,8 +109,8 @@ def measure_from_triangle(
     """Lower the squared distance of each node of a block to its squared distance from a triangle, if that is smaller.
 
     A triangle is skipped if it is farther than ``farthest`` from the block's middle. The distance is measured from the
-    triangle's plane if a node is above the triangle, and from the nearest edge otherwise. The code is C++, because a
-    CPU's compiler then computes several nodes at the same time, which it does not do with Warp's code.
+    triangle's plane if a node is above the triangle, and from the nearest edge otherwise. The code is C++, so that the
+    compiler for a CPU processes several nodes at the same time, which it does not do with Warp's code.
     """
     ...
 
@@ -124,15 +124,15 @@ def measure_nodes(
 ):
     """Measure the exact signed distance at the nodes of all blocks.
 
-    A node that several blocks share is measured by one block. A second launch, ``shared``, copies it to the others. The
-    few triangles that can be nearest to a node are searched once for all nodes of a block.
+    A node that belongs to several blocks is measured by one block. A second launch with ``shared`` copies its distance
+    to the other blocks. The few triangles that may be nearest are searched once for all nodes of a block.
     """
     row = wp.tid()
     block = blocks.number[row]
     for node in range(NODES):
         coordinates = place_of(node)
         step = wp.vec3i(coordinates[0] // BLOCK, coordinates[1] // BLOCK, coordinates[2] // BLOCK)
-        # The last nodes of a block are the first ones of the next, if that has nodes.
+        # The last nodes of a block are the first nodes of the next block, if that block has nodes.
         owner = row_at(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2])
         if owner < 0:
             owner = row
@@ -146,7 +146,8 @@ def measure_nodes(
     low = solid.corner + 2.0 * half * wp.vec3(block)
     middle = low + wp.vec3(half)
     centre = solid.centre[block_at(solid, block[0], block[1], block[2])]
-    # A node is at most a corner's distance from the middle, and that plus the middle's distance from a triangle.
+    # A node is at most ``corner`` from the middle of the block. Its nearest triangle is at most ``corner`` plus the
+    # middle's distance away.
     corner = 1.7321 * half
     reach = half + wp.abs(centre) + corner
     for face in wp.mesh_query_aabb(mesh, middle - wp.vec3(reach), middle + wp.vec3(reach)):

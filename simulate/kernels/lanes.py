@@ -1,6 +1,6 @@
-"""Device code for rows that share the 32 threads of a GPU's warp. Each thread is a lane, and the warp is a block.
+"""Device code for rows that are each processed by the 32 threads (lanes) of a GPU's warp. The warp is a block.
 
-On a CPU, and in a block of another width, each row has one thread, which is lane 0.
+On a CPU, and in blocks of another width, each row has one thread, lane 0.
 """
 
 from typing import Any
@@ -9,12 +9,12 @@ import warp as wp
 
 wp.set_module_options({"enable_backward": False})
 
-WARP = wp.constant(32)  # Number of threads that run in step, whose sums need no shared memory
+WARP = wp.constant(32)  # Number of threads of a warp. They run in step, so their sums need no shared memory
 
 
 @wp.func_native(f"return WP_TILE_BLOCK_DIM == {int(WARP)} ? {int(WARP)} : 1;")
 def lanes() -> int:
-    """Return the number of threads per row. The compiler knows it as a constant, unlike ``wp.block_dim()`` on a GPU."""
+    """Return the number of threads per row. It is a constant for the compiler, unlike ``wp.block_dim()`` on a GPU."""
     ...
 
 
@@ -28,8 +28,8 @@ return 0;
 def lane() -> int: ...
 
 
-# A CPU's blocks of one thread must not have tiles. A tile exists from the call of its function on, in memory that all
-# threads of the process share.
+# Blocks of one thread, as on a CPU, must not call functions with tiles. A tile is in memory that all threads of the
+# process share.
 @wp.func
 def tile_total(value: Any):
     return wp.tile_sum(wp.tile(value, preserve_type=True))[0]
@@ -76,5 +76,5 @@ return wp::vec2i(0, mark);
 #endif
 """)
 def count_marks(mark: int) -> wp.vec2i:
-    """Return how many lanes before this one have a mark of 1, and how many of all lanes. All threads must call this."""
+    """Return the number of lanes with a mark of 1 before this lane, and in total. All threads must call this."""
     ...

@@ -17,9 +17,10 @@ ROWS = wp.constant(1)  # Number of rows that are listed together
 
 @wp.func
 def collect(cells: CellArrays, run: int, position: wp.vec4, self: int, neighbours: wp.array2d[int], row: int):
-    """List the points of a run that are nearer than a cell's size, except ``self``. Returns their number.
+    """List the points of a run that are closer to ``position`` than a cell's size, except ``self``.
 
-    Points that do not fit into the row's slots are only counted. The order is the same for any number of lanes.
+    Returns the number of these points. Points that do not fit into the row's slots are only counted. The order is the
+    same for any number of lanes.
     """
     reach = cells.size
     count = cells.count
@@ -58,7 +59,7 @@ def list_rows(
     particles: Particles,
     cells: CellArrays,
     wall_cells: CellArrays,
-    near: Neighbours,  # out; counts include points that have no slot
+    near: Neighbours,  # out. Counts include points without a slot
 ):
     """List the fluid and wall particles near the moving particles of some rows. Each row has its own window."""
     for row in range(first, last):

@@ -1,8 +1,8 @@
 """Search neighbours as ``listing`` does, on CPUs, eight or sixteen points at a time. Names and arguments are the same.
 
-Each thread lists a block of rows. Rows are sorted by cell, and the points around a cell are copied once for all of its
-rows. The lists follow each other. A dummy point pads each list to a multiple of sixteen entries, as the loops of
-``pair_sums_cpu`` need.
+Each thread lists a block of rows. Rows are sorted by cell, and the points around a cell are copied once for all rows of
+the cell. The lists follow each other in one array. Each list is padded with a dummy point to a multiple of sixteen
+entries, as the loops of ``pair_sums_cpu`` require.
 """
 
 import warp as wp
@@ -16,7 +16,7 @@ wp.set_module_options({"enable_backward": False})
 
 ROWS = BLOCK
 
-# Packing moves the lanes of a mask to the front of a register.
+# PACKED moves the lanes that are set in a mask to the front of a register.
 REGISTERS = """
 #ifdef __AVX512F__
 #define AT_ONCE 16
@@ -78,7 +78,7 @@ const auto bring = [](const auto& cells, int base, const int* cell, Around& to) 
 };
 """
 
-# Appends the near points of a range to a list with room for ``most``; returns their number so far.
+# Appends the near points of a range to a list that has space for ``most``. Returns the number of points so far.
 TAKE = """
 const float reach2 = cells.size * cells.size;
 const auto take = [reach2](Points of, int begin, int end, wp::vec4 point, int self, int* list, int most, int so_far)

@@ -1,7 +1,7 @@
-"""Device code for moving particles: release, freezing by age, sleep below the yield stress, and their list.
+"""Device code for moving particles: release, freezing by age, sleep below the yield stress, and the list of movers.
 
-The list is in the order of memory or of cells. A CPU makes it in one pass. A GPU marks the moving particles and sums
-the marks. Each sum is the row of a moving particle in the list.
+The list is in the order of memory or of cells. A CPU makes the list in one pass. A GPU marks the moving particles and
+adds up the marks. The sum of the marks before a moving particle is the particle's row in the list.
 """
 
 import warp as wp
@@ -20,23 +20,23 @@ class Order:
     """All particles in the order of their cells."""
 
     number: wp.array[int]
-    row: wp.array[int]  # On a GPU, number of moving particles before each particle, in either order
+    row: wp.array[int]  # On a GPU, number of moving particles before each particle, in the order of the list
 
 
 @run_kernel
 def count_frame(rows: Span, particles: Particles):
-    """Advance the frame number on the device, so that a replayed frame has the right number. There is a single row."""
+    """Increase the frame number on the device, so that a replayed frame has the right number. There is a single row."""
     particles.frame[0] += 1
 
 
 @run_kernel
 def grow_older(points: Span, particles: Particles, paste: Paste):
-    """Release the particles of this frame, and freeze those that reach the freezing age.
+    """Release the particles of this frame, and freeze particles that reach the freezing age.
 
     Sleeping particles are frozen too. If one woke later, the run could have more moving particles than rows.
     """
     for i in range(points.begin + wp.tid(), points.end, points.step):
-        # Most particles of a long run are frozen, and need nothing else.
+        # Most particles of a long run are frozen and are skipped here.
         status = particles.status[i]
         if status > ASLEEP and status != WAITING:
             continue
@@ -63,11 +63,11 @@ def wake(
 ):
     """Wake the sleeping neighbours of a particle that is fast, or that has flowed for ``restless_s``.
 
-    Until it flows, a woken particle counts as quiet for ``rested_s`` already. Several threads may write to the same
-    neighbour, but all write the same value.
+    A woken particle starts with a quiet time of ``rested_s``. Several threads may write to the same neighbour, but all
+    write the same value.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
-        # Equal for most particles, which do not have a neighbour at rest.
+        # Most particles have no neighbour at rest. For these, both values are equal.
         if system.restraint[row] == system.drag[row]:
             continue
         i = particles.mover[row]
@@ -137,10 +137,9 @@ def list_in_order(
     order: Order,
     by_cell: int,
 ):
-    """List the moving particles among the first points, in the order of memory or, with ``by_cell``, of the cells.
+    """List the moving particles among the first points, in the order of memory or, if ``by_cell`` is 1, of the cells.
 
-    One thread of a CPU does this. In the order of the cells, each run keeps the rows that it has in the order of
-    memory.
+    One thread of a CPU does this. The rows of a run are the same in both orders.
     """
     list_first(points.end, particles, order, by_cell)
 
@@ -164,9 +163,9 @@ def list_marked(
     order: Order,
     by_cell: int,
 ):
-    """List the marked particles in the order of memory, and store the rows of each run.
+    """List the marked particles in the order of memory, and store the first row of each run.
 
-    With ``by_cell``, list them in the order of the cells, within the same rows.
+    If ``by_cell`` is 1, list them in the order of the cells, in the same rows of each run.
     """
     k = wp.tid()
     i = k

@@ -12,7 +12,7 @@ from simulate.kernels.status import Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
-# One bit each: a particle's faults are their sum.
+# Each kind of fault is one bit. A particle's faults are the sum of these bits.
 NEIGHBOURS_FULL = wp.constant(1)
 WALLS_FULL = wp.constant(2)
 
@@ -25,8 +25,8 @@ class Neighbours:
     """Lists of the fluid and wall particles near each moving particle.
 
     For a CPU's loops, the lists follow each other in one array, in windows that begin at multiples of sixteen entries.
-    ``BLOCK`` rows share 16 times ``room`` entries, and a thread takes whole blocks. On a GPU each row has its own
-    window, and ``room`` is 0.
+    A block of ``BLOCK`` rows has 16 times ``room`` entries, and a thread processes whole blocks. On a GPU, each row has
+    its own window, and ``room`` is 0.
     """
 
     store: wp.array[int]
@@ -39,12 +39,12 @@ class Neighbours:
     wall_count: wp.array[int]
     room: int
     lanes: int  # Number of GPU threads that share a row
-    lacking: wp.array[int]  # 1 if a block has too little room for its lists
+    lacking: wp.array[int]  # 1 if a block has too few entries for its lists
     wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and its weight
 
 
 def neighbour_kernels(search: ModuleType, module: Any) -> Any:
-    """Return the kernel ``list_neighbours``, with the search of the module ``search``."""
+    """Return the kernel ``list_neighbours``, with the search from the module ``search``."""
     list_rows, block = search.list_rows, search.ROWS
 
     @kernel_in(module)
@@ -55,9 +55,9 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
         wall_cells: CellArrays,
         near: Neighbours,  # out
     ):
-        """List the fluid and wall particles that are nearer than a cell's size, without the particle itself.
+        """List the fluid and wall particles that are closer than a cell's size, without the particle itself.
 
-        Fluid and walls have the same cells. If a list has too few slots, the particle gets a fault.
+        Fluid and walls have cells of the same size. If a list has too few slots, the particle gets a fault.
         """
         for first in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             if first % block > 0:

@@ -1,4 +1,4 @@
-"""Kernels that sum over pairs of particles, with the inner loops for a device."""
+"""Kernels that sum over pairs of particles, with the inner loops for the chosen device."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -14,7 +14,7 @@ from simulate.kernels.viscosity import viscosity_kernels
 
 
 class PairKernels(NamedTuple):
-    """Kernels that sum over pairs, with the inner loops for a device."""
+    """Kernels that sum over pairs, with the inner loops for the chosen device."""
 
     list_neighbours: Any
     measure_density: Any
@@ -30,7 +30,7 @@ def pair_kernels(native: bool) -> PairKernels:
     """Return the kernels with plain loops or, if ``native``, with a CPU's loops over eight or sixteen pairs."""
     search, loops = (listing_cpu, pair_sums_cpu) if native else (listing, pair_sums)
     kind = f"simulate.kernels.pair_kernels.{'native' if native else 'plain'}"
-    # Kernels of few runs are compiled apart.
+    # Kernels that few runs need are compiled in a separate module.
     module, seldom = MODULE if native else wp.get_module(kind), wp.get_module(f"{kind}.seldom")
     return PairKernels(
         neighbour_kernels(search, module),
@@ -39,5 +39,5 @@ def pair_kernels(native: bool) -> PairKernels:
     )
 
 
-# Made now, because a kernel that is added to a compiled module has the module compiled again.
+# The kernels are made now. If a kernel is added to a compiled module, the module is compiled again.
 pair_kernels(native=True)

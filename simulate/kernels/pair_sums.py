@@ -1,8 +1,8 @@
 """Device code of the inner loops: sums over a particle's neighbours, on any device. Units are cm and s.
 
 ``pair_sums_cpu`` computes the same sums faster on CPUs, with many neighbours at a time. Tests compare the two. ``row``
-is the row of a moving particle in the neighbour lists ``near``. If the threads of a warp share a row, each thread sums
-every 32nd entry, and all threads get the total.
+is the row of a moving particle in the neighbour lists ``near``. If a row is processed by the threads of a warp, each
+thread sums every 32nd entry, and all threads get the total.
 """
 
 from typing import Any
@@ -16,10 +16,11 @@ from simulate.kernels.status import RESTS, Particles
 wp.set_module_options({"enable_backward": False})
 
 FOR_VISCOSITY = {"poly6": 7.54, "gaussian": 1.0}
-"""Factors of the pair weights. With them, the same U gives the same viscosity for either weight. The ratio of the
-fourth moments of exp(-u^2) and (1 - u^2)^3, u = 0 to 1, is 7.24. The remaining factor was fitted to shear waves,
-because neighbours keep a distance."""
-ALONG = 5.0  # Weight of a pair that pulls only along its line, divided by its weight in Eq. 5 for equal viscosity
+"""Factors of the pair weights, with which the same U gives the same viscosity for both weights. The ratio of the fourth
+moments of exp(-u^2) and (1 - u^2)^3, u = 0 to 1, is 7.24. The remaining factor was fitted to shear waves. It is needed
+because neighbours are not closer than a certain distance."""
+# Ratio of two pair weights with equal viscosity: for a force along the pair's line, and for the force of Eq. 5
+ALONG = 5.0
 NEAREST_WALL = wp.constant(0.16)
 """Smallest squared distance of a wall particle in the drag of walls, divided by h^2. For fluid at rest it is 0.22."""
 
@@ -28,8 +29,8 @@ DensitySums = wp.types.vector(length=5, dtype=wp.float32)
 r)^4."""
 CoupleSums = wp.types.vector(length=13, dtype=wp.float32)
 """Sums over neighbours. The first six are the pair weights times the products xx, yy, zz, xy, yz, zx of the pair's
-direction. The seventh is the sum of the weights of neighbours at rest. Then follow ``sum_pulled`` of the velocity and
-``sum_pulled`` of the guess, three components each."""
+direction. The seventh is the sum of the weights of neighbours at rest. Three components of ``sum_pulled`` for the
+velocity and three for the guess follow."""
 GradientSums = wp.types.vector(length=15, dtype=wp.float32)
 """Weighted sums of the products xx, yy, zz, xy, yz, zx of the offsets, and of velocity differences times offsets."""
 DragSums = wp.types.vector(length=6, dtype=wp.float32)
@@ -44,8 +45,8 @@ wall particle's weight."""
 def spike(support: float, distance: float):
     """Return (h - r)^2 / r, where h is ``support`` and r is ``distance``. Returns 0 for r = 0.
 
-    Times the offset, it is proportional to the gradient of (h - r)^3. Two particles at the same position have no
-    direction.
+    Multiplied by the offset, this is proportional to the gradient of (h - r)^3. For two particles at the same position,
+    the gradient has no direction.
     """
     depth = wp.max(support - distance, 0.0)
     if distance == 0.0:
@@ -107,7 +108,7 @@ def sum_correction(particles: Particles, near: Neighbours, row: int, support: fl
 
 @wp.func
 def gauss(squared: float, support: float):
-    """Return exp(-r^2/h^2), or 0 from r = h on. This is the weight as printed in the paper, for the paper's U and D."""
+    """Return exp(-r^2/h^2), or 0 for r >= h. This is the weight in the paper, for the paper's U and D."""
     if squared >= support * support:
         return 0.0
     return wp.exp(-squared / (support * support))
@@ -117,9 +118,9 @@ def gauss(squared: float, support: float):
 def no_slip_weight(squared: float, support: float):
     """Return the weight of a wall particle in the no-slip drag of a fluid of viscosity 1. It is a number times h^3.
 
-    A wall cuts off the pairs behind it. One layer of wall particles with these weights, a radius deep, replaces them.
-    The weight was fitted for fluid whose speed is proportional to its distance from the wall, up to three radii, and is
-    accurate to 2 %.
+    A fluid particle has no neighbours behind a wall. Their drag is replaced by one layer of wall particles with these
+    weights, a radius deep in the wall. The weight was fitted for fluid whose speed is proportional to its distance from
+    the wall, up to three radii, and is accurate to 2 %.
     """
     share = wp.max(squared / (support * support), NEAREST_WALL)
     rest = wp.max(1.0 - share, 0.0)
@@ -128,9 +129,9 @@ def no_slip_weight(squared: float, support: float):
 
 @wp.func
 def distance_weight(squared: float, support: float):
-    """Return the weight of a wall particle that stands for ``no_slip_weight`` times the distance from the wall.
+    """Return a weight of a wall particle whose sum is that of ``no_slip_weight`` times the distance from the wall.
 
-    It is a number times h^4. Both have the same sum over a plane wall.
+    The two sums are equal for a plane wall. The weight is a number times h^4.
     """
     share = wp.max(squared / (support * support), NEAREST_WALL)
     rest = wp.max(1.0 - share, 0.0)
@@ -185,12 +186,12 @@ def link_pairs_by(kernel: str) -> Any:
         support: float,
         links: wp.array2d[wp.vec3h],  # out
     ):
-        """Compute the link of each pair: a vector along it, whose square is the pair's weight in the matrix.
+        """Compute the link of each pair: a vector along the pair, whose square is the pair's weight in the matrix.
 
-        The weight is five times mean volume, W and mean viscosity. The matrix is the sum of the links' squares. If
-        links are rounded to float16, it is still symmetric and has no negative eigenvalues. Returns the sums of the
-        particle's diagonal block of the matrix, and of its products with the velocity and with the guess, without this
-        rounding.
+        The weight is ``ALONG`` times the mean volume, W and the mean viscosity. The matrix is the sum of the links'
+        outer products. It is therefore symmetric without negative eigenvalues, also if links are rounded to float16.
+        Returns ``CoupleSums``: the particle's diagonal block of the matrix, and the matrix times the velocity and times
+        the guess, without this rounding.
         """
         i = particles.mover[row]
         position = particles.position[i]
@@ -240,7 +241,7 @@ def sum_eq5_by(kernel: str) -> Any:
     ):
         """Sum the weight U m/rho_j W_v of Eq. 5 times the difference of velocities, and the weight itself.
 
-        For two different viscosities, their harmonic mean is used.
+        If the two viscosities of a pair differ, their harmonic mean is used.
         """
         i = particles.mover[row]
         position = particles.position[i]
@@ -282,7 +283,7 @@ def sum_drag(particles: Particles, near: Neighbours, row: int, support: float):
 
 @wp.func
 def sum_pulled(particles: Particles, near: Neighbours, row: int, links: wp.array2d[wp.vec3h]):
-    """Sum each link times the difference of the scaled residuals along it.
+    """Sum each link times the difference of the two scaled residuals, projected on the link.
 
     The scaled residual of a particle at rest is 0.
     """

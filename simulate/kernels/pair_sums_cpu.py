@@ -2,7 +2,7 @@
 
 The code uses vectors of the C++ compiler. If the processor has AVX2 or AVX-512, it uses two of their instructions: an
 approximate inverse root, and one that packs the neighbours. The dummy point that pads a list is so far away that its
-terms are zero. Sums are added in another order than in ``pair_sums``, so their last bits differ.
+terms are zero. Terms are added in another order than in ``pair_sums``, so the last bits of the sums differ.
 """
 
 from typing import Any
@@ -25,7 +25,7 @@ from simulate.kernels.status import RESTS, Particles
 
 wp.set_module_options({"enable_backward": False})
 
-# As many positions of 16 bytes each as a register has lanes, turned into one vector for each coordinate.
+# LOADS reads as many positions of 16 bytes as a register has lanes, and returns one vector for each coordinate.
 VECTORS = """
 typedef float f4 __attribute__((vector_size(16)));
 #define PAIR(a, b) __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7)
@@ -115,9 +115,10 @@ WEIGHTS = {
 
 
 def summed(kind: str, sums: str, *terms: str, constants: str = "") -> str:
-    """Return a block that adds ``terms`` to ``sums`` for each near particle of a kind, and returns the sums.
+    """Return C++ code that adds ``terms`` to ``sums`` for each near particle of a kind, and returns the sums.
 
-    Each of ``sums`` is a name, or a factor times a name. A factor multiplies the whole sum.
+    ``sums`` lists the names of the sums. A name may follow a factor and an asterisk. The factor multiplies the whole
+    sum.
     """
     pairs = [each.rpartition("*") for each in sums.split()]
     return cpu_block(

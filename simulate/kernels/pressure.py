@@ -25,28 +25,28 @@ from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Particles, Span, b
 
 wp.set_module_options({"enable_backward": False})
 
-# One bit each, after those of ``neighbours``: a particle's faults are their sum.
+# Each kind of fault is one bit, after the bits in ``neighbours``. A particle's faults are the sum of these bits.
 NOT_FINITE = wp.constant(4)
 TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)
 
 CARRIED_OVER = wp.constant(-1)
-"""Value that replaces the number of an iteration, for the move by the pressure carried over from the last substep."""
+"""Value of ``iteration`` for the move by the pressure that is carried over from the last substep."""
 UNDONE = wp.constant(0.6)
 UNDONE_RANGE = wp.constant(0.3)
-"""Range of compression, relative to the rest density, that pressure corrects in a substep. From UNDONE on, a fraction
-of pressure's displacement is kept after viscosity has acted. From UNDONE + UNDONE_RANGE on, all of it is kept. Sealant
-that flows or rests normally is compressed less."""
+"""Decrease of the density by pressure in a substep, divided by the rest density. From UNDONE on, a fraction of the
+displacement by pressure is kept after viscosity has acted. From UNDONE + UNDONE_RANGE on, all of it is kept. In sealant
+that flows or rests normally, the decrease is smaller than UNDONE."""
 
 
 @wp.struct
 class KernelConstants:
     """Constants of the density constraint."""
 
-    support: float  # h, the distance from which on both kernels are zero
+    support: float  # h. At this distance and beyond, both kernels are zero
     mass: float  # Mass of a particle, divided by the rest density, in cm3
     density: float  # Mass times 315 / (64 pi h^9), the factor of the fluid's sum of (h^2 - r^2)^3
-    slope: float  # Mass times -45 / (pi h^6), the factor of its sum of (h - r)^2 times the unit offset
+    slope: float  # Mass times -45 / (pi h^6), the factor of the fluid's sum of (h - r)^2 times the unit offset
     wall_density: float
     wall_slope: float
     relaxation: float  # epsilon of Eq. 1, 1/cm2.
@@ -54,7 +54,7 @@ class KernelConstants:
 
 @wp.struct
 class IterationState:
-    """Carried-over fraction and number of pressure iterations by run, and displacements of an iteration by row."""
+    """Parameters of the pressure iterations by run, and displacements of an iteration by row."""
 
     carried: wp.array[float]  # Fraction of the last substep's multipliers that is carried over
     iterations: wp.array[int]
@@ -64,7 +64,7 @@ class IterationState:
 
 @wp.func
 def takes_part(iteration_state: IterationState, run: int, iteration: int) -> bool:
-    """Return True if a run's particles move in an iteration, or by the carried-over pressure."""
+    """Return True if a run's particles move in an iteration (or, for ``CARRIED_OVER``, by carried-over pressure)."""
     if iteration == CARRIED_OVER:
         return iteration_state.carried[run] > 0.0
     return iteration < iteration_state.iterations[run]
@@ -80,7 +80,7 @@ def predict(
     iteration_state: IterationState,
     solid: Distance,
 ):
-    """Compute v + (g - eta v) dt and x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2).
+    """Compute v <- v + (g - eta v) dt and x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2).
 
     g is gravity, eta the damping and dt the substep. The multiplier starts at the carried-over fraction of its last
     value.
@@ -107,9 +107,9 @@ def shift(
 ):
     """Move particles by the pressure's correction.
 
-    The last iteration of a run moves as far as walls allow, the others as far as the nearest plane allows. The last
-    move starts at the substep's first position, so that walls also stop what planes did not stop. Runs that move after
-    viscosity make the last move later.
+    In the last iteration of a run, particles move as far as walls allow, and in other iterations as far as the nearest
+    plane allows. The last move starts from the position before the substep, so that no wall can be crossed. In runs
+    that move after viscosity, the last move follows later.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -144,7 +144,7 @@ def update_velocity(rows: Span, particles: Particles, step_s: float):
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
-        # Read before the guess takes its memory.
+        # The displacement is read before the guess overwrites it, because both use the same memory.
         moved = particles.moved[i]
         last = particles.velocity[i]
         particles.scaled_residual[i] = 2.0 * last - particles.earlier_velocity[i]
@@ -163,8 +163,9 @@ def move_after_viscosity(
     """Move to x = x0 + v dt with the velocity v after viscosity. x0 is the position before the substep.
 
     Eq. 5 changes velocities after positions have moved by v + g dt. Without this move, sealant at rest on a slope would
-    slide in each substep, and liquid of any viscosity would fall at g dt. A thick fluid also reverses pressure's
-    displacement of a few particles. If that displacement corrected much compression, it is kept.
+    slide in each substep, and liquid of any viscosity would fall at g dt. In a thick fluid, viscosity also cancels the
+    displacement by pressure if it moves only a few particles. If that displacement reduced the density much, it is
+    kept.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -189,7 +190,7 @@ def inspect(
 ):
     """Mark particles that have a fault, that spilled over the edge or that escaped through a wall.
 
-    Walls are not searched for a particle near its free ball.
+    For a particle near its free ball, walls are not searched.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -216,7 +217,7 @@ def inspect(
 
 
 def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
-    """Return ``measure_density`` and ``correct`` of a pressure iteration, with the inner loops of the module ``loops``.
+    """Return the kernels ``measure_density`` and ``correct``, with the inner loops of the module ``loops``.
 
     The kernels are defined in a function, because Warp binds the functions that a kernel calls when the kernel is
     defined.
@@ -234,8 +235,9 @@ def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
     ):
         """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients with the spiky kernel (Eqs 1 and 2).
 
-        j are the neighbours, k the wall particles. Add (1 - rho_i) / (sum |grad C|^2 + eps) to lambda_i, which stays at
-        most 0. If pressure is not carried over, lambda_i is the paper's, and each iteration starts at 0.
+        j are the neighbours and the particle itself, and k the wall particles. (1 - rho_i) / (sum |grad C|^2 + eps) is
+        added to the multiplier lambda_i, which is limited to at most 0. If pressure is not carried over, lambda_i
+        starts at 0 in each iteration, as in the paper.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
@@ -273,8 +275,8 @@ def pressure_kernels(loops: ModuleType, module: Any) -> tuple[Any, Any]:
         """Compute dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
 
         lambda is the multiplier's change in this iteration, the fourth number of ``position``. A neighbour at rest does
-        not move. Its multiplier lambda_j is taken as lambda_i or, as in the paper, as 0, which makes the neighbour half
-        as hard as it should be.
+        not move. Its lambda_j is assumed to be lambda_i or, as in the paper, 0. With 0, such a neighbour is half as
+        hard as it should be.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]

@@ -1,4 +1,4 @@
-"""Device code of 'sealtwin doctor', which tests that this machine compiles and runs kernels."""
+"""Device code of 'sealtwin doctor', which tests whether this machine can compile and run kernels."""
 
 import warp as wp
 
@@ -23,7 +23,7 @@ def count_turn(
     turns: wp.array[int],  # in, out
     more: wp.array[int],  # out
 ):
-    """Count one turn of a loop. The device decides when the loop ends."""
+    """Count a repetition of a loop. The device ends the loop after ``at_most`` repetitions."""
     turns[0] = turns[0] + 1
     if turns[0] < at_most:
         more[0] = 1

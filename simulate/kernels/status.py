@@ -10,7 +10,7 @@ FROZEN = wp.constant(2)  # Permanently at rest, because of its age
 SPILLED = wp.constant(3)
 ESCAPED = wp.constant(4)
 WAITING = wp.constant(5)  # Not released yet
-GIVEN_UP = wp.constant(6)  # In a run that failed, whether it was released or not
+GIVEN_UP = wp.constant(6)  # In a run that failed, released or not
 
 RESTS = wp.constant(1.0e30)
 """Value of the multiplier that marks a particle at rest. The pressure's loops read it together with the position."""
@@ -22,50 +22,50 @@ class Particles:
 
     per_run: int
     position: wp.array[wp.vec4]
-    """Position, and as fourth number the multiplier of the density constraint. The multiplier is RESTS for a particle
+    """Position and, as fourth number, the multiplier of the density constraint. The multiplier is RESTS for a particle
     at rest."""
     previous_position: wp.array[wp.vec3]  # Position before the substep
     velocity: wp.array[wp.vec3]
     earlier_velocity: wp.array[wp.vec3]  # Velocity one substep earlier
     scaled_residual: wp.array[wp.vec3]
-    """Residual divided by the diagonal, during the viscosity solve. Before the solve it is the initial guess. It is 0
-    for a particle at rest."""
+    """Residual of the viscosity solve, multiplied by the inverse of the diagonal block. Before the solve, the initial
+    guess. 0 for a particle at rest."""
     moved: wp.array[wp.vec3]
-    """Displacement so far in this substep. It shares memory with ``scaled_residual``, which is unused until pressure
-    ends. It is stored because the difference of two float32 positions would cause errors of some thousandths of a mm/s
-    in the velocity."""
+    """Displacement so far in this substep. It uses the memory of ``scaled_residual``, which is not needed before the
+    viscosity solve. It is stored because the difference of two float32 positions would cause errors of some thousandths
+    of a mm/s in the velocity."""
     free: wp.array[wp.vec4]
-    """Centre and radius of a ball in which every position keeps the clearance from all walls, from the last search for
+    """Centre and radius of a ball, from the last search for walls. All positions in it have the clearance from all
     walls."""
     wall: wp.array[wp.vec4]
-    """Unit normal and offset of the plane of the nearest wall, from the last search for walls. It is 0 if walls are far
-    away. The normal is ROUNDED if the walls are not a plane."""
+    """Unit normal and offset of the plane of the nearest wall, from the last search for walls. The normal is 0 if walls
+    are far away, and its components are ROUNDED if the walls are not a plane."""
     density: wp.array[float]  # Density, divided by the rest density
-    density_before: wp.array[float]  # Same before the substep's pressure
+    density_before: wp.array[float]  # The same density before the substep's pressure iterations
     pressed: wp.array[wp.vec4]
-    """Gradient of the walls' density with respect to the particle's position, and as fourth number the sum of the
-    multipliers of the substep's iterations. This sum may be carried over to the next substep."""
+    """Gradient of the walls' part of the density with respect to the particle's position and, as fourth number, the sum
+    of the multipliers of the substep's iterations. This sum may be carried over to the next substep."""
     volume_and_viscosity: wp.array[wp.vec2]
-    """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""
+    """Volume m/rho in cm3, and the viscosity as the weight of the particle's pairs."""
     status: wp.array[int]
     release_frame: wp.array[int]
-    frame: wp.array[int]  # Number of the current or last frame, -1 before the first
+    frame: wp.array[int]  # Number of the current or last frame. -1 before the first frame
     quiet_s: wp.array[float]
-    """Time in s for which a particle has been quiet. If it is negative, its size is the time for which the particle has
+    """Time in s for which a particle has been quiet. A negative value means the time for which the particle has
     flowed."""
     fault: wp.array[int]  # Faults so far, one bit for each kind
     swelling: wp.array[float]
-    """Factor, by run, that multiplies the scheme's weight of a particle in the density sum."""
+    """Factor for each run by which the weight of a particle in the density sum is multiplied."""
     mover: wp.array[int]  # List of the particles that move, run by run
     mover_count: wp.array[int]
-    first_row: wp.array[int]  # First row of each run in the list of movers, and the row after the last one
+    first_row: wp.array[int]  # First row of each run in the list of movers, and the row after the last row
 
 
 @wp.struct
 class Span:
     """Range of rows, parts or runs of a launch.
 
-    A thread or block takes every ``step``-th: one of them on a GPU, all on a CPU.
+    A thread or block processes every ``step``-th row. On a GPU this is one row, and on a CPU all rows.
     """
 
     begin: int
@@ -75,7 +75,7 @@ class Span:
 
 @wp.func
 def end_of(rows: Span, particles: Particles):
-    """Return the end of those rows of a launch that have a moving particle."""
+    """Return the end of the rows of a launch that have a moving particle."""
     return wp.min(rows.end, particles.mover_count[0])
 
 

@@ -1,8 +1,9 @@
 """Device code of the viscosity: Eq. 5 of the paper, its implicit form and a yield stress in it. Units are cm and s.
 
-A particle's ``viscosity`` is the weight of its pairs in a substep. It is U of Eq. 5 divided by h sqrt(pi), or the
-weight that is equivalent to a viscosity and a yield stress. In the implicit form a pair pulls along its line, with the
-mean of both volumes. This conserves momentum and angular momentum. The explicit passes are Eq. 5 as printed.
+A particle's viscosity is given as the weight of its pairs in a substep. The weight is U of Eq. 5 divided by h sqrt(pi),
+or the weight that is equivalent to a viscosity and a yield stress. In the implicit form, the force of a pair acts along
+the line between the two particles, with the mean of both volumes. This conserves momentum and angular momentum. The
+explicit passes are Eq. 5 as in the paper.
 """
 
 from types import ModuleType
@@ -22,24 +23,24 @@ wp.set_module_options({"enable_backward": False})
 
 HERSCHEL_BULKLEY = wp.constant(int(Law.HERSCHEL_BULKLEY))
 WALL_MOMENT = wp.constant(0.057)
-"""Weight of a wall in the fit of the shear rate, divided by h and the weights of ``no_slip_weight``. It equals the
-weight of the pairs that the wall cuts off."""
+"""Weight of a wall in the fit of the shear rate, divided by h and by the sum of ``no_slip_weight``. It replaces the
+neighbours that are missing behind the wall."""
 MIN_MOMENT = wp.constant(6.0e-5)
-"""Moment of the neighbours, divided by h^5, below which they do not determine a gradient along a direction. It is a
-thousandth of the moment in a liquid."""
+"""Moment of the neighbours, divided by h^5, that is added to the fit, so that the gradient is 0 along a direction with
+too few neighbours. It is a thousandth of the moment in a liquid."""
 
 
 @wp.struct
 class Paste:
-    """Constants of each run's fluid, by the number of the run, and factors of all runs."""
+    """Constants of the fluid of each run, by the number of the run, and constants of all runs."""
 
     by_age: wp.array2d[wp.vec2]
     """Two values by run and age in frames: the pair weight without a yield stress at a shear rate of 1/s, and the yield
-    stress divided by the density, in cm2/s2. The values of the last age hold for all later ages."""
+    stress divided by the density, in cm2/s2. The values of the last age apply to all later ages."""
     law: wp.array[int]  # ``Law`` of flow
     flow_index: wp.array[float]  # n of the Herschel-Bulkley law
     drag: wp.array[float]  # D of Eq. 5 in a substep, divided by h sqrt(pi)
-    sticks: wp.array[float]  # 1 for a fluid that sticks to walls by its viscosity, 0 for one with a given D
+    sticks: wp.array[float]  # 1 for a fluid that sticks to walls by its viscosity, 0 for a fluid with a given D
     wall_share: wp.array[float]  # Stress at a wall, divided by the stress inside the fluid
     yields: wp.array[int]  # 1 for a fluid that has a yield stress at some age
     per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
@@ -49,7 +50,7 @@ class Paste:
 
 @wp.func
 def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, shear: float):
-    """Return the viscosity at a shear rate, as a pair weight: ``shear_law.apparent_viscosity`` on the device.
+    """Return the viscosity at a shear rate as a pair weight, as ``shear_law.apparent_viscosity`` does on the host.
 
     ``weight`` is the viscosity at a shear rate of 1/s without the yield stress. ``yield_stress`` is divided by the
     density.
@@ -64,18 +65,18 @@ def apparent_weight(paste: Paste, run: int, weight: float, yield_stress: float, 
 
 @wp.func
 def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float, support: float):
-    """Return the shear rate, sqrt(2 D:D), of a linear fit to the velocities around a particle.
+    """Return the shear rate, sqrt(2 D:D), from a linear fit to the velocities around a particle.
 
-    D is the symmetric part of the velocity gradient. At walls the velocity is 0.
+    D is the symmetric part of the velocity gradient. The velocity at walls is 0.
     """
     fit = full(sums[:6])
     changes = wp.mat33(*sums[6:15])
     normal = wp.normalize(walls[3:6])
-    # A wall has the weight of the volume that it cuts off, in particles.
+    # A wall has the weight of the particles that are missing behind it.
     moment = WALL_MOMENT * support / volume
     fit += moment * walls[2] * wp.outer(normal, normal)
     changes += moment * walls[1] * wp.outer(moves, normal)
-    # With too few neighbours the gradient is 0.
+    # If there are too few neighbours, the gradient is 0.
     least = MIN_MOMENT * support * support * support * support * support / volume
     for axis in range(3):
         fit[axis, axis] += least
@@ -87,9 +88,9 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
 def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved: bool) -> tuple[Any, ...]:
     """Return the viscosity kernels that sum over pairs, in the order of ``PairKernels``, with the loops of ``loops``.
 
-    ``seldom`` is the Warp module of the explicit passes and of the paper's weight W. ``skips_solved`` leaves out the
-    products of solved runs, which saves time if runs share the threads of a GPU. The kernels are defined in a function,
-    because Warp binds the functions that a kernel calls when the kernel is defined.
+    ``seldom`` is the Warp module for the explicit passes and for the paper's weight W. If ``skips_solved`` is True, the
+    products of solved runs are left out, which saves time if several runs use the threads of a GPU. The kernels are
+    defined in a function, because Warp binds the functions that a kernel calls when the kernel is defined.
     """
     sum_gradient, sum_drag, sum_pulled = loops.sum_gradient, loops.sum_drag, loops.sum_pulled
 
@@ -169,11 +170,11 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
         support: float,
         paste: Paste,
         system: System,  # out: links, drag, restraint and inverse
-        search: Search,  # out: residual of the velocity without viscosity, and that of the guess in ``product``
+        search: Search,  # out: residual of the velocity without viscosity, and in ``product`` residual of the guess
     ):
         """Compute the links of pairs, the walls' drag, the particles' diagonal blocks of the matrix, and two residuals.
 
-        These are the residuals of the velocity without viscosity and of the guess.
+        The residuals are those of the velocity without viscosity and of the guess.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
@@ -185,7 +186,7 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
                 continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
             system.drag[row] = drag
-            # A pair pulls along one of three directions.
+            # A pair acts along only one of three directions.
             system.restraint[row] = drag + sums[6] / 3.0
             block = full(sums[:6])
             for axis in range(3):
@@ -211,12 +212,12 @@ def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
         neighbours: Neighbours,
         support: float,
         paste: Paste,
-        system: System,  # out: drag, and in ``restraint`` the part of a velocity that a single pass may remove
+        system: System,  # out: drag, and in ``restraint`` the largest fraction of a velocity that a single pass removes
         passes: float,
         before: wp.array[wp.vec3],
         after: wp.array[wp.vec3],  # out
     ):
-        """Make one of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W.
+        """Make one of the q passes of Eq. 5 as in the paper, with U sum_j m/rho_j W and D sum_k W.
 
         j are the neighbours, k the wall particles, and q is ``passes``.
         """

@@ -1,7 +1,7 @@
-"""The loop in which several threads of a CPU launch the same table of compiled kernels, in slices of their rows.
+"""Loop in which several threads of a CPU launch the kernels of a table in order. The rows of a kernel form slices.
 
-No thread waits for another that has not started: each takes the slices that are left. A kernel begins when all slices
-of the kernel before it are finished.
+A thread takes any slice that is left, so it never waits for a thread that has not started. A kernel begins when all
+slices of the kernel before it are finished.
 """
 
 import warp as wp
@@ -10,31 +10,31 @@ from simulate.kernels.run_module import run_kernel
 
 wp.set_module_options({"enable_backward": False})
 
-# Places in ``Control.words``. Those that different threads write are in different lines of the cache.
+# Indices in ``Control.words``. Words that different threads write are in different lines of the cache.
 LINE = 8
 STATE = 0
-"""Word with two halves. The upper half is the turn, the number of kernels since the first walk. The lower half is the
+"""Word with two halves. The upper half, the turn, is the number of kernels since the first walk. The lower half is the
 current line of the table."""
 FINISHED = LINE  # Number of slices finished since the first walk
 TABLE = 2 * LINE  # Address of the first line of the table
 LINES = TABLE + 1
 BOUNDS = TABLE + 2  # Address of the bounds of a launch of one thread
-YIELD = TABLE + 3  # Address of the system's function with which a thread lets others run
+YIELD = TABLE + 3  # Address of the operating system's function with which a thread lets others run
 INVITED = TABLE + 4  # Number of threads that may take slices
 LOST = 3 * LINE  # Time, in ``SPIN_US``, that the first thread waited for slices of threads that lost their core
-WORKERS = 4 * LINE  # For each thread a line of the cache: last turn of its own slice, and 1 if the thread has left
+WORKERS = 4 * LINE  # A line of the cache for each slice: the slice's last turn, and 1 if the thread has left
 # Words of a line of the table. The addresses of the arguments follow, one for each slice.
 FUNCTION, COUNT, BLOCK, ARGUMENTS = 0, 1, 2, 4
-CONDITION, TARGET, WANTED = 1, 2, 3  # Words of a jump, which has no function
-DONE = 0xFFFFFFFF  # Current line between two walks
+CONDITION, TARGET, WANTED = 1, 2, 3  # Words of a jump. Its word FUNCTION is 0
+DONE = 0xFFFFFFFF  # Value of the current line if no walk is in progress
 SPIN_US = 50  # Time that a thread waits before it lets others run
-LATE_US = 500  # A slice that takes this much longer than the first thread's has lost its core
-HOLD_US = 500  # Time after which a thread without a slice lets others run, to keep its core later
+LATE_US = 500  # If a slice takes this much longer than the first thread's slices, its thread has lost its core
+HOLD_US = 500  # Time after which a background thread lets others run, so that it is not interrupted later
 
 
 @wp.struct
 class Control:
-    """Words in memory that the threads of a walk share."""
+    """Words in memory that all threads of a walk use."""
 
     words: wp.array[wp.uint64]
 
@@ -132,8 +132,8 @@ def walk(control_of: Control, worker: int, workers: int, slices: int): ...
 
 @run_kernel
 def walk_table(control: Control, worker: int, workers: int, slices: int):
-    """Launch the kernels of the table. The first worker ends with the walk.
+    """Launch the kernels of the table. The first worker returns at the end of the walk.
 
-    Other workers end ``SPIN_US`` later if no other walk has begun.
+    Other workers return ``SPIN_US`` later if no other walk has begun by then.
     """
     walk(control, worker, workers, slices)

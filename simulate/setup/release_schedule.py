@@ -1,4 +1,4 @@
-"""Make the schedule of a run before it starts: the position, velocity and frame in which each particle is released."""
+"""Make the schedule of a run before it starts: position, velocity and frame of the release of each particle."""
 
 import math
 from dataclasses import dataclass
@@ -11,22 +11,22 @@ from sealtwin.core.records import Floats, Integers, Trajectory
 from simulate.settings import Fluid, Nozzle, particle_volume
 from simulate.setup.rheology import NEVER
 
-PARTICLES_AT_MOST = 1_000_000  # Largest number of particles. If none freezes, neighbour lists take 3 GB.
+PARTICLES_AT_MOST = 1_000_000  # Largest number of particles. If none of them freezes, neighbour lists take 3 GB.
 RELEASED_AT_MOST = 100_000
-"""Largest number of particles in a release. In the paper it is seven. A lattice of four times as many points is made to
-pack them."""
+"""Largest number of particles in a release. In the paper there are seven. To pack a release, a lattice of four times as
+many points is made."""
 MIN_SHIFT = 0.25
-"""Smallest room for the shift of a lone particle, divided by its radius. It is used if the bore of the nozzle leaves
-less."""
+"""Range in which a lone particle is shifted at its release, divided by its radius. It is used if the bore of the nozzle
+leaves less space."""
 ROUNDING = 1e-9  # Tolerance that keeps a whole number of frames from being rounded up
-PARTICLE_S = 2e-6  # Time in s of one moving particle in a substep, on one core of the machine in docs/accuracy.md
+PARTICLE_S = 2e-6  # Computing time of a moving particle in a substep, on one core of the machine in docs/accuracy.md
 
 
 def places_of_releases(disc_mm: Floats, radius_mm: float, diameter_mm: float, seed: int, releases: int) -> Floats:
-    """Return random positions in mm, about the nozzle's axis, of the particles of each release, (releases, release, 2).
+    """Return random positions of the particles of each release, relative to the nozzle's axis, (releases, release, 2).
 
-    ``disc_mm`` has the positions of one full release, (release, 2). Equal discs would stack up like coins. A disc of
-    several particles is therefore turned at each release, and a lone particle is shifted within the bore.
+    ``disc_mm`` is the positions of a full release, (release, 2). Equal discs would stack up like coins. A disc of
+    several particles is therefore rotated at each release, and a lone particle is shifted within the bore.
     """
     random = np.random.default_rng(seed)
     turn = random.uniform(0, 2 * np.pi, releases)
@@ -47,8 +47,8 @@ class Schedule:
     frame_of: Integers  # (n,): frame in which each particle is released
     released: Integers  # (frames,): number of released particles, including the release of the frame
     frame_s: float
-    """Time in which the largest flow fills one release (Eq. 6). It is shortened so that it divides the path's time
-    evenly."""
+    """Time in which the largest flow delivers the volume of a full release (Eq. 6). It is shortened so that the path's
+    duration is a whole number of frames."""
     release: int  # Number of particles in a full release
     dispensed_mm3: float
 
@@ -58,10 +58,10 @@ class Schedule:
 
 
 def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
-    """Plan the releases of all particles, which Eq. 6 counts, in full discs.
+    """Plan the releases of all particles in full discs. The number of particles follows from Eq. 6.
 
-    A release takes place once the path has given more sealant than all releases before it. Raises InputError if the
-    path gives no sealant.
+    A release takes place once the path has given more sealant than all releases before. Raises InputError if the path
+    gives no sealant, or if there would be too many particles or frames.
     """
     volume_mm3 = particle_volume(radius_mm)
     flow_mm3_s = trajectory.flow_mm3_s[:-1]
@@ -98,7 +98,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     released = np.zeros(frames, dtype=np.int64)
     out = 0
     for frame in range(frames):
-        # The tolerance keeps rounding from starting a release.
+        # Because of the tolerance, rounding errors do not start a release.
         if wanted[frame] > out + 1e-6:
             out = min(out + release, particles)
         released[frame] = out
@@ -123,9 +123,10 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
 
 
 def same_fluid(fluid: Fluid, nozzle: Nozzle, *releases: tuple[float, Trajectory]) -> Fluid:
-    """Return a fluid with the same viscosity, and the same drag per time, in the second of two ``releases``.
+    """Return the fluid with U and D converted from the first to the second of two ``releases``.
 
-    A release is a radius in mm and a path. Both set the duration of a frame, on which U and D depend.
+    Viscosity, and drag per time, are then the same in both. A release is a particle radius in mm and a path. They
+    determine the duration of a frame, on which U and D depend.
     """
     if fluid.D_cm is None:
         return fluid
@@ -136,9 +137,9 @@ def same_fluid(fluid: Fluid, nozzle: Nozzle, *releases: tuple[float, Trajectory]
 
 
 def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -> Floats:
-    """Return the mean flow of each frame in mm3/s, weighted by volume and not by time. It is NaN without sealant.
+    """Return the mean flow of each frame in mm3/s, weighted by volume, (frames,). NaN for a frame without sealant.
 
-    A frame in which the flow begins has little sealant, but at full flow.
+    The mean over time would be too small for a frame in which the flow begins.
     """
     flow_mm3_s, lasts_s = trajectory.flow_mm3_s[:-1], np.diff(trajectory.t_s)
     volume, weighted = (np.cumulative_sum(flow_mm3_s**power * lasts_s, include_initial=True) for power in (1, 2))
@@ -150,10 +151,10 @@ def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -
 
 
 def pack_disc(disc_radius: float, radius: float) -> Floats:
-    """Return the centres of the circles of a hexagonal lattice that fit into a disc, (n, 2). There is at least one.
+    """Return the centres of circles in a hexagonal lattice that fit into a disc, (n, 2). There is at least one.
 
     Three lattices are tried: with the centre of the disc at the centre of a circle, between two circles, and between
-    three circles. The lattice with most circles is returned.
+    three circles. The result is the lattice with the most circles in the disc.
     """
     reach = math.ceil(disc_radius / radius) + 1
     a, b = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
@@ -165,14 +166,14 @@ def pack_disc(disc_radius: float, radius: float) -> Floats:
     return best if len(best) else np.zeros((1, 2))
 
 
-LAUNCHES = 250  # Number of particles that take as long as the launches of a substep, on the README's machine
+LAUNCHES = 250  # Time of the launches of a substep, as a number of moving particles, on the README's machine
 
 
 class ParticleCounts(NamedTuple):
     """Numbers of particles of one run in each frame."""
 
     out: Integers  # (frames,): number of released particles
-    moving: Integers  # (frames,): largest number that can move, which is the number not frozen by age
+    moving: Integers  # (frames,): largest possible number of moving particles: released and not frozen by age
 
     @property
     def frames(self) -> int:
@@ -181,12 +182,12 @@ class ParticleCounts(NamedTuple):
 
     @property
     def work(self) -> Integers:
-        """Expected computing work in each frame, (frames,), in moving particles."""
+        """Expected computing work of each frame, (frames,). The unit is one moving particle."""
         return LAUNCHES + self.moving
 
 
 def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCounts:
-    """Return the numbers of particles in each frame. Particles freeze in the order in which they were released."""
+    """Return the numbers of particles in each frame. Particles freeze in the order of release."""
     settling = math.ceil(settle_s / schedule.frame_s - ROUNDING)
     out = np.pad(schedule.released, (0, settling), mode="edge")
     ages = frames_to_freeze(fluid, schedule.frame_s)

@@ -1,4 +1,4 @@
-"""Signed distance to the solid: exact, from its mesh, and from a grid that is fast enough for each substep."""
+"""Signed distances to the solid: exact distances from its mesh, and distances from a grid for use in each substep."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,19 +13,19 @@ from simulate.kernels import exact_distance
 
 CM = 0.1  # Centimetres per millimetre, since kernels use centimetres
 CLEARANCE = 0.86
-"""Clearance of a particle's centre from a wall, divided by its radius. On calibrated walls, fluid rests at this
-distance."""
+"""Smallest distance of a particle's centre from walls, divided by the particle's radius. On calibrated walls, fluid
+rests at this distance."""
 MARGIN_MM = 12.0
-"""Width of the face around the mouth that the grid covers, in mm. Farther out, sealant rests on the plane z = 0."""
-RAISED_MM = 1e-3  # Height above the face from which on a vertex is not due to rounding
+"""Width of the face around the mouth that the grid covers, in mm. Beyond it, the plane z = 0 replaces the grid."""
+RAISED_MM = 1e-3  # A vertex that is higher above the face is not due to rounding
 ROUNDING_RATIO = 0.15  # Largest distance of walls from the plane that replaces them, divided by the radius
-ROUNDED = 0.01  # Fraction of a depth that rounding may change
-EVERYWHERE_MM = 1e7  # Search distance that reaches all triangles
-SLACK = 1.001  # Factor that enlarges a length which may have been rounded down
+ROUNDED = 0.01  # Fraction of a depth by which rounding may change a distance
+EVERYWHERE_MM = 1e7  # Search distance within which all triangles are
+SLACK = 1.001  # Factor for search distances, which may have been rounded down
 GROUP_BLOCKS = 4  # Number of blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
-"""Largest number of blocks of 64 cells. It is enough for 1.6 m of a crack like the paper's at the paper's radius, and
-takes at most 3 GB."""
+"""Largest number of blocks of 64 cells. It is enough for 1.6 m of a crack like the paper's, at the paper's radius. The
+grid takes at most 3 GB."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Barrier(SolidSurface):
     grid: Any  # A ``kernels.distance.Distance`` of spacing R/2. It does not resolve thinner walls.
 
     def sampled_mm(self, points_mm: Floats) -> Floats:
-        """Return the signed distance in mm from the grid, (n,).
+        """Return the signed distance in mm, interpolated in the grid, (n,).
 
-        Far from the surface, its absolute value is a lower bound.
+        Far from the surface, the absolute value is only a lower bound.
         """
         count, device = len(points_mm), self.mesh.device
         points, distance = wp.array(points_mm * CM, wp.vec3, device=device), wp.empty(count, float, device)
@@ -59,12 +59,12 @@ class Barrier(SolidSurface):
     def is_inside(self, points_mm: Floats, depth_mm: float) -> Booleans:
         """Return the mask of points, (n,), that are at least ``depth_mm`` inside the solid.
 
-        ``depth_mm`` must exceed the diagonal of a cell. The grid then gives the sign, so the rays of ``exact_mm`` are
-        not needed.
+        ``depth_mm`` must be larger than the diagonal of a cell. The sign then comes from the grid, without the rays of
+        ``exact_mm``.
         """
         nothing = np.zeros(len(points_mm))
         near = _beside_mm(self.mesh, points_mm, nothing + SLACK * depth_mm, nothing) < depth_mm
-        # In a block without nodes, a grid's distance in the solid may round to just above 0.
+        # In a block without nodes, rounding may make the grid's distance in the solid slightly larger than 0.
         return ~near & (self.sampled_mm(points_mm) < ROUNDED * depth_mm)
 
 
@@ -73,7 +73,7 @@ def surface_of(solid: Solid, radius_mm: float, device: str) -> SolidSurface:
 
 
 def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Barrier:
-    """Build the distances in a box around the crack. Only blocks near the surface have nodes.
+    """Build the grid of distances in a box around the crack. Only blocks near the surface have nodes.
 
     Raises InputError if the radius is so small that the box has too many blocks.
     """
@@ -115,9 +115,9 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
 def _at_centres(
     mesh: wp.Mesh, low: Floats, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float
 ) -> Floats:
-    """Return the distance at each block's centre, (b,). Above ``near_mm`` it is only a lower bound.
+    """Return the distance at the centre of each block, (b,). It is only a lower bound if it is above ``near_mm``.
 
-    Blocks are measured one by one only if their group of ``GROUP_BLOCKS`` cubed blocks is near the surface.
+    Blocks are measured one by one only if their group, a cube of ``GROUP_BLOCKS`` per side, is near the surface.
     """
     groups = number.max(axis=0) // GROUP_BLOCKS + 1
     member = np.ravel_multi_index(tuple((number // GROUP_BLOCKS).T), tuple(groups))
@@ -133,19 +133,19 @@ def _at_centres(
 
 
 def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: Any) -> Booleans:
-    """Return the mask of blocks, (b,), in which the face is the nearest surface everywhere."""
+    """Return the mask of blocks, (b,), in which the face is the nearest surface at every point."""
     top = solid.face_label == FaceLabel.TOP
     flat = np.abs(solid.vertices_mm[solid.faces[top]][:, :, 2]).max(initial=0.0) <= RAISED_MM
     if top.all() or not top.any() or not flat:
         return np.zeros(len(middle_mm), dtype=bool)
     others = _mesh(solid, solid.faces[~top], device)
-    # If nothing else is within this distance, the face is nearest in the whole block and around it.
+    # If no other triangle is within this distance, the face is the nearest surface in the whole block and around it.
     reach_mm = half_diagonal_mm + np.abs(middle_mm[:, 2]) + block_mm / 2
     return np.isnan(_beside_mm(others, middle_mm, np.zeros(len(middle_mm)), reach_mm))
 
 
 def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers) -> Floats:
-    """Compute the node distances of the blocks ``noded``, (b, NODES), for a grid that has no nodes yet."""
+    """Return the distances in mm at the nodes of the blocks ``noded``, (b, NODES). The grid needs no nodes yet."""
     blocks = exact_distance.Blocks()
     blocks.number = wp.array(noded, wp.vec3i, device=mesh.device)
     blocks.distance = wp.empty((len(noded), device_code.NODES), float, mesh.device)
@@ -177,14 +177,14 @@ def _blocks(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, I
 
 
 def grid_fits(solid: Solid, outline: Outline, radius_mm: float) -> bool:
-    """Return True if the distance grid around a crack can be as fine as a radius requires."""
+    """Return True if the distance grid around a crack that a radius requires is not too large."""
     return bool(np.prod(_blocks(solid, outline, radius_mm)[1], dtype=float) <= BLOCKS_AT_MOST)
 
 
 def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:
     """Return the corners, (3,) each, of the box that contains all that sealant in or near the crack can touch.
 
-    The box includes far-leaning walls and parts above the face, also outside the margin.
+    The box also includes strongly leaning walls, and parts above the face, that extend beyond the margin.
     """
     inner = solid.faces[np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR, FaceLabel.END])]
     raised = np.flatnonzero(solid.vertices_mm[:, 2] > RAISED_MM)
@@ -196,7 +196,7 @@ def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floa
 
 
 def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats) -> Floats:
-    """Return the exact signed distance in mm, (n,). It is NaN for a NaN point.
+    """Return the exact signed distance of points in mm, (n,). It is NaN for a point that is NaN.
 
     Raises InputError if no triangle has an area.
     """
@@ -208,9 +208,10 @@ def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats) -> Floats:
 
 
 def _beside_mm(mesh: wp.Mesh, points_mm: Floats, nearby_mm: Floats, away_mm: Floats) -> Floats:
-    """Return the exact signed distance of points in mm, (n,).
+    """Return the exact signed distance of points in mm, (n,). NaN if no triangle is close enough.
 
-    The points are ``away_mm`` from other points with the signed distance ``nearby_mm``.
+    Each point is at most ``away_mm`` from another point with the known signed distance ``nearby_mm``. Triangles are
+    searched within the sum of both. If no such point is known, ``nearby_mm`` is 0.
     """
     places = exact_distance.Places()
     places.point = wp.array(points_mm * CM, wp.vec3, device=mesh.device)

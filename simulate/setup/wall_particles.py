@@ -15,18 +15,18 @@ from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, bu
 from simulate.vessel import whole_numbers
 
 TURN = np.arctan((np.sqrt(5) - 1) / 2)
-"""Angle by which the lattice of points is turned. Its tangent is the golden ratio less 1, which is far from any ratio
-of small integers. No row of points is then parallel to an edge."""
+"""Angle by which the lattice of points is rotated. Its tangent is the golden ratio minus 1, which is far from any ratio
+of small integers, so that rows of points are not parallel to edges."""
 SHIFT = np.array([np.sqrt(2) - 1, np.sqrt(3) - 1])
-"""Offset of the lattice from the origin, in steps. Without it, a corner of the sample at the origin would be a node."""
+"""Offset of the lattice from the origin, in steps, so that a corner of the sample at the origin is not a node."""
 OFF_NODE = 1e-3
-"""Scatter of points around their nodes, in steps. Without it, rounding would decide between two equally near points."""
-LEVEL = 0.99  # Vertical part of a normal above which a plane counts as horizontal and has x as first axis
-CANDIDATES = 20  # Number of candidates per chosen particle. More do not make the layer more even.
+"""Scatter of points around their nodes, in steps, so that no two points are at exactly the same distance."""
+LEVEL = 0.99  # A plane counts as horizontal if its normal's vertical component is larger. Its first axis is then x
+CANDIDATES = 20  # Number of candidate points per chosen particle. More would not make the layer more even.
 PARTS, MIN_PART = 12, 2000
 """Number of parts into which the candidates are divided, and smallest number of candidates in a part."""
 NEAREST = 0.78
-"""Smallest distance of two wall particles, divided by 2R. With it, a greedy choice leaves no hole wider than one
+"""Smallest distance of two wall particles, divided by 2R. With it, a greedy choice leaves no hole wider than a
 particle."""
 
 
@@ -35,13 +35,13 @@ class WallParticles:
     """Arrays of the wall particles on the device."""
 
     position_and_share: Any
-    """Position in cm, and weight: the particle's part of the surface, divided by (2R)^2. The mean weight is 1 for any
-    triangles."""
+    """Position in cm, and weight: the area of the surface that the particle represents, divided by (2R)^2. The mean
+    weight is 1."""
 
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Barrier and wall particles of a crack. Runs only read them, so a study builds them only once."""
+    """Barrier and wall particles of a crack. Runs do not change them, so a study builds them only once."""
 
     barrier: Barrier
     walls: WallParticles
@@ -54,21 +54,21 @@ def enclose(solid: Solid, outline: Outline, radius_mm: float, device: str) -> En
 
 
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> WallParticles:
-    """Place wall particles evenly over all that sealant can touch.
+    """Place wall particles evenly behind all surfaces that sealant can touch.
 
-    The layer depends only on the geometry, not on a seed.
+    The result depends only on the geometry, and not on a seed.
     """
     spacing_mm = 2 * radius_mm
     touched = solid.face_label != FaceLabel.OUTSIDE
     label, triangles_mm = solid.face_label[touched], solid.vertices_mm[solid.faces[touched]]
     points = spread_points(triangles_mm, spacing_mm / np.sqrt(CANDIDATES))
-    # The whole cavity, and the part of the face that sealant may cover.
+    # Wall particles cover the whole cavity, and the part of the face that sealant may reach.
     near = label[points.face] != FaceLabel.TOP
     crack = KDTree(np.concatenate([outline.left_wall_mm, outline.centreline_mm, outline.right_wall_mm]))
     away, _ = crack.query(points.position_mm[~near, :2], distance_upper_bound=MARGIN_MM)
     near[~near] = np.isfinite(away)
     deep = points.position_mm[near] - radius_mm * points.normal[near]
-    # In a thin nose a point a radius deep is near the opposite wall, or outside the solid; such points are dropped.
+    # In a thin nose, a point one radius deep may be close to the opposite wall or outside the solid. It is dropped.
     inside = barrier.is_inside(deep, 0.9 * radius_mm)
     chosen = _spread(deep[inside], points.lot[near][inside], NEAREST * spacing_mm)
     _, nearest = KDTree(chosen).query(deep)
@@ -81,14 +81,14 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
 def calibrated_wall_mass(radius: float) -> float:
     """Return psi of calibrated walls, divided by the rest density, in the cube of the radius' unit.
 
-    psi is the strength of a wall particle. A flat layer of spacing 2R, R deep, then adds as much density to a particle
-    at the clearance as the half of the kernel that the wall cuts off: about 0.22 / W(0). The paper's solver uses 1 /
-    W(0), which keeps the fluid 1.45 R away.
+    psi is the weight of a wall particle in the density, about 0.22 / W(0). With it, a flat layer with spacing 2R at a
+    depth R adds as much density to a particle at the clearance as the part of the kernel behind the wall would. The
+    paper's solver uses 1 / W(0), with which the fluid stays 1.45 R away from walls.
     """
     support = 4 * radius
     distance = CLEARANCE * radius
     z = np.linspace(distance, support, 2001)
-    # Integral of poly6 over the plane at distance z.
+    # The integral of poly6 over the plane at the distance z, integrated over z.
     cut_off = np.trapezoid(315 / (256 * support**9) * (support**2 - z**2) ** 4, z)
     ticks = 2 * radius * np.arange(-3, 4)
     shift = radius * np.linspace(-1, 1, 8, endpoint=False)
@@ -100,23 +100,23 @@ def calibrated_wall_mass(radius: float) -> float:
 
 
 def source_wall_mass(radius: float) -> float:
-    """Return psi, the strength of a wall particle in the paper's solver, divided by the rest density: 1 / W(0)."""
+    """Return psi, the weight of a wall particle in the paper's solver, divided by the rest density: 1 / W(0)."""
     return 64 * np.pi * (4 * radius) ** 3 / 315
 
 
 def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
     """Choose points greedily in the order of ``lot``, each at least ``apart`` from all points chosen before.
 
-    Points are chosen part by part. After each part, the remaining points near a chosen one are dropped, so that fewer
-    pairs must be listed.
+    Points are chosen part by part. After each part, remaining points that are too close to a chosen point are dropped,
+    so that fewer pairs must be listed.
     """
-    # Nodes of two planes may have the same lot; they are then ordered by place.
+    # Nodes of two planes may have the same lot. They are then ordered by position.
     rest = points[np.lexsort((*points.T, lot))]
     part = max(MIN_PART, len(rest) // PARTS)
     parts = [rest[:0]]
     while len(rest):
         chosen = _chosen(rest[:part], apart)
-        # Scipy's bound is exclusive, and a distance of exactly ``apart`` counts as near.
+        # Scipy's bound is exclusive, but a distance of exactly ``apart`` counts as too close.
         away, _ = KDTree(chosen).query(rest[part:], distance_upper_bound=np.nextafter(apart, np.inf))
         rest = rest[part:][np.isinf(away)]
         parts.append(chosen)
@@ -140,14 +140,14 @@ def _chosen(points: Floats, apart: float) -> Floats:
 class SurfacePoints:
     position_mm: Floats  # (n, 3)
     face: Integers  # (n,): triangle of each point
-    normal: Floats  # (n, 3): unit normal of that triangle, outward
-    lot: NDArray[np.uint64]  # (n,): random number that depends on the node only
+    normal: Floats  # (n, 3): outward unit normal of that triangle
+    lot: NDArray[np.uint64]  # (n,): random number that depends only on the node
 
 
 def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
-    """Return a point for each square of ``spacing_mm`` on triangles, (f, 3, 3).
+    """Return points on triangles, (f, 3, 3): one for each node of a square lattice in the triangles' planes.
 
-    Triangles without an area get no point.
+    ``spacing_mm`` is the spacing of the lattice. Triangles without an area get no point.
     """
     normal = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
     length = np.linalg.norm(normal, axis=1)
@@ -169,7 +169,7 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
 
 
 def _lots(node: Integers) -> NDArray[np.uint64]:
-    """Return a pseudo-random number for each pair of whole numbers, (n,), with the mixer of splitmix64."""
+    """Return a pseudo-random number for each node (a pair of whole numbers), (n,), by the mixer of splitmix64."""
     row, column = node.astype(np.uint64).T
     mixed = row * np.uint64(0x9E3779B97F4A7C15) + column * np.uint64(0xC2B2AE3D27D4EB4F)
     for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
@@ -178,7 +178,7 @@ def _lots(node: Integers) -> NDArray[np.uint64]:
 
 
 def _axes(normal: Floats) -> Floats:
-    """Return two unit vectors in the plane of each triangle, (f, 2, 3). They depend only on the triangle's normal."""
+    """Return two unit vectors in the plane of each triangle, (f, 2, 3). They depend only on the normal."""
     along = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
     level = np.abs(normal[:, 2]) > LEVEL
     along[level] = np.array([1.0, 0.0, 0.0]) - normal[level, :1] * normal[level]
@@ -189,7 +189,7 @@ def _axes(normal: Floats) -> Floats:
 
 
 def _crossed(corner: Floats, row: Integers) -> tuple[Integers, Integers]:
-    """Return the first and last whole number in each triangle, (n, 3, 2), on the line with first coordinate ``row``."""
+    """Return the first and last column of nodes in each triangle, (n, 3, 2), on a line of nodes ``row``, (n,) each."""
     low, high = np.full(len(row), np.inf), np.full(len(row), -np.inf)
     for start, end in ((0, 1), (1, 2), (2, 0)):
         a, b = corner[:, start], corner[:, end]

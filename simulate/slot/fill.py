@@ -1,15 +1,16 @@
-"""Compute the fill of a crack in time. In each step sealant lands, then flows along the crack under gravity.
+"""Compute the fill of a crack over time. In each step, sealant lands and then flows along the crack under gravity.
 
 The balance of each cell is dA/dt + dQ/ds = q, with the filled area A, the flow Q and the supply q. A step uses the
-upwind area and perimeter after its sealant has landed, and the slopes at its end. The state at the end minimises a
-convex function. It is found by Newton steps, which are halved if they go too far. The areas follow from the flows, so
-volume is conserved even if the search leaves a residual.
+upwind area and perimeter after its sealant has landed, and the slopes at its end. The state at the end of a step
+minimises a convex function. It is found by Newton steps, which are halved if they go too far. The areas are computed
+from the flows, so volume is conserved even if the search leaves a residual.
 
-The paste supports a mound under the nozzle and a crown across the crack, which an averaged flow would spread. In paste
-that is pulled apart, the sideways pressure is 2 tau less than the weight above. In paste that is pushed together, it is
-2 tau more (Rankine's limits of a plastic soil without friction). At the nozzle's last position both meet along the
-crack, and the levels differ by 4 tau / rho g. Across the crack, paste that was laid along the middle is pulled apart,
-and its level is 2 tau / rho g higher there than at the walls. tau is the yield stress.
+The paste supports a mound under the nozzle and a crown across the crack, which a flow averaged over sections would
+flatten. In paste that is pulled apart, the sideways pressure is 2 tau less than the weight above, where tau is the
+yield stress. In paste that is pushed together, it is 2 tau more (Rankine's limits of a plastic soil without friction).
+At the nozzle's last position, both kinds meet along the crack, and their levels differ by 4 tau / rho g. Across the
+crack, paste that was laid along the middle is pulled apart, so its level in the middle is 2 tau / rho g higher than at
+the walls.
 """
 
 from dataclasses import dataclass
@@ -26,22 +27,22 @@ from simulate.slot.sections import NARROWEST_MM, Trapezoids, sections_of
 
 CELLS = 60
 STEPS = 200
-"""Number of time steps while sealant flows. Levels in a slot of 60 mm are then within 0.2 mm of those with finer steps.
-A front advances by at most one cell per step."""
+"""Number of time steps while sealant flows. In a slot of 60 mm, levels are then within 0.2 mm of the levels with finer
+steps. A front advances by at most one cell per step."""
 STEP_RATIO = 1.05  # Ratio of each time step of settling to the step before it
 TOLERANCE = 1e-6  # Largest residual of a step, divided by the area of the largest section
 MAX_NEWTON, MAX_HALVED = 60, 12
 OVERSHOT = 0.3
-"""Limit for the slope at the end of a Newton step, divided by the slope at its start. Above this ratio the step has
-passed the minimum of the convex function and is halved."""
+"""Largest slope of the convex function at the end of a Newton step, divided by the negative slope at its start. If the
+ratio is larger, the step has gone too far beyond the minimum and is halved."""
 SAMPLES = 8  # Number of samples of the nozzle's motion per step
 GRAVITY_MM_S2 = 9810.0
-REACH_PER_MM = 1e6  # Reach per mm that stands for a fluid without a yield stress, in 1/mm
+REACH_PER_MM = 1e6  # Value of ``Trapezoids.reach_per_mm`` for a fluid without a yield stress, in 1/mm
 MOUND, CROWN = 4.0, 2.0
 """Heights of a mound and of a crown, divided by tau / rho g. tau is the yield stress."""
 MAX_MOUND = 0.5
-"""Largest fraction of the sealant that is in a mound. In a short crack, a larger mound would have no sealant under
-it."""
+"""Largest fraction of the sealant that may be in a mound. In a short crack, no sealant would be left under a larger
+mound."""
 DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
 """Coefficients of a polynomial in the ratio of a duct's short side to its long side. The polynomial gives the friction
 of rectangular ducts divided by the friction of plates (Shah and London 1978)."""
@@ -51,7 +52,7 @@ of rectangular ducts divided by the friction of plates (Shah and London 1978).""
 class HerschelBulkley:
     """Paste with the stress tau + K gamma^n: yield stress tau, consistency K, shear rate gamma, flow index n.
 
-    Particles add a fraction of the pressure to this stress.
+    With ``friction``, a fraction of the pressure is added to this stress.
     """
 
     density_kg_m3: float
@@ -59,7 +60,7 @@ class HerschelBulkley:
     consistency_pa_s_n: float
     flow_index: float = 1.0
     friction: float = 0.0
-    """Fraction of the pressure that resists shear, as it does between grains. It is 0 for paste."""
+    """Fraction of the pressure that resists shear, as between grains. It is 0 for paste, and above 0 for particles."""
     wall_share: float = 1.0
     """Stress at a wall, divided by the stress in the paste."""
     law: Law = Law.HERSCHEL_BULKLEY
@@ -76,14 +77,14 @@ class Filled:
 
     sections: Trapezoids
     area_mm2: Floats  # Filled area of each section
-    level_mm: Floats  # Level in the middle of the crack, relative to the face, at the cells' middles
+    level_mm: Floats  # Level in the middle of the crack's width, relative to the face, in the middle of each cell
     dispensed_mm3: float
     in_flight_mm3: float
     """Volume that has been dispensed but has not landed when the run ends."""
 
     @property
     def read_mm2(self) -> Floats:
-        """Area of each section below the level in its middle, (n,). A reading of that level implies this area."""
+        """Area of each section below the level in its middle, (n,), as a reading of this level would imply it."""
         return self.sections.area_mm2(self.level_mm - self.sections.bottom_mm)[0]
 
     @property
@@ -108,7 +109,7 @@ def fill(
     cells: int = CELLS,
     steps: int = STEPS,
 ) -> Filled:
-    """Pour along the trajectory, let the sealant settle, and return it with the mound that stays under the nozzle."""
+    """Pour sealant along the trajectory, let it settle, and return the settled sealant, including the mound."""
     weight = paste.weight_pa_mm
     reach = min(REACH_PER_MM, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else REACH_PER_MM
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
@@ -141,7 +142,10 @@ def fill(
 
 
 def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
-    """Return the ends of the time steps. Steps are equal while sealant flows, and grow while it settles."""
+    """Return the times at which steps begin and end, (steps + 1,).
+
+    Steps are equal while sealant flows, and grow while it settles.
+    """
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     times_s = np.linspace(begin_s, end_s, steps + 1)
     left_s = trajectory.t_s[-1] + settle_s - end_s
@@ -158,7 +162,7 @@ def mound_mm2(
     """Return the mound's area in each section, (n,), above sealant with its surface at ``surface_mm``.
 
     The mound moves with the nozzle and stays at the nozzle's last position, ``middle_mm``. Its top is as wide as the
-    nozzle. Its flanks have the shape of a slump on its base, h dh/dx = tau / rho g, which is ``held_mm``.
+    nozzle. Its flanks have the shape of a slump, h dh/dx = ``held_mm``, where ``held_mm`` is tau / rho g.
     """
     aside_mm = np.maximum(np.abs(sections.s_mm - middle_mm) - nozzle_mm / 2, 0.0)
     rise_mm = np.sqrt(np.maximum((MOUND * held_mm) ** 2 - 2 * held_mm * aside_mm, 0.0))
@@ -171,8 +175,8 @@ def mound_mm2(
 def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
     """Return the level in the middle of the crack minus the mean level across it, (n,).
 
-    It is a third of the height of a parabola, and at most the height of the sealant. It is 0 if sealant reaches the
-    face, because paste above the face slumps next to the mouth.
+    For a parabola, this is a third of its height. It is at most the height of the sealant. It decreases to 0 where
+    sealant reaches the face, because paste above the face slumps beside the mouth.
     """
     return np.clip(np.minimum(height_mm, depth_mm - height_mm), 0.0, CROWN * held_mm / 3)
 
@@ -180,11 +184,11 @@ def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
 def supplied_mm3(
     trajectory: Trajectory, times_s: Floats, edges_mm: Floats, *, nozzle_mm: float, surface_mm: float, down: Floats
 ) -> Floats:
-    """Return the volume that lands in each cell in each step, (steps, cells). Later volume is left out.
+    """Return the volume that lands in each cell in each step, (steps, cells). Sealant that lands later is left out.
 
-    ``edges_mm`` are the cells' ends along the crack. Sealant leaves the nozzle as a disc square to the face and falls
-    to ``surface_mm``, the level of flat sealant. ``down`` is the unit vector of gravity along the crack and square to
-    the face. Sealant that would land beyond an end lands in the last cell.
+    ``edges_mm`` are the ends of the cells along the crack. Sealant leaves the nozzle as a disc, square to the face, and
+    falls to ``surface_mm``, the level of flat sealant. ``down`` is the unit vector of gravity along the crack and
+    square to the face. Sealant that would land beyond an end of the crack lands in the last cell.
     """
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     moment_s = np.linspace(begin_s, end_s, SAMPLES * len(times_s) + 1)
@@ -205,7 +209,10 @@ def supplied_mm3(
 
 
 def _below(position: Floats) -> Floats:
-    """Return the fraction of a disc of radius 1 below each position, (n, edges): 0 at the first edge, 1 at the last."""
+    """Return the fraction of a disc of radius 1 that is below each position, (n, edges).
+
+    At the first edge the fraction is set to 0, and at the last edge to 1.
+    """
     x = np.clip(position, -1.0, 1.0)
     share = 0.5 + (np.arcsin(x) + x * np.sqrt(1 - x**2)) / np.pi
     share[:, 0], share[:, -1] = 0.0, 1.0
@@ -213,7 +220,7 @@ def _below(position: Floats) -> Floats:
 
 
 def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
-    """Return gravity's unit vector: along the crack at the boundaries between cells, (n - 1,), and into the sample."""
+    """Return gravity's direction: components along the crack at boundaries of cells, (n - 1,), and into the sample."""
     x, y, z = slope.down
     ahead = unit(np.diff(outline.centreline_mm, axis=0))
     middle_mm = (arc_length(outline.centreline_mm)[1:] + arc_length(outline.centreline_mm)[:-1]) / 2
@@ -232,7 +239,8 @@ class _Bed:
 
     def advance(self, step_s: float, landed_mm2: Floats) -> None:
         sections, share = self._sections, step_s / self._sections.step_mm
-        # The search begins at the bed of the last step: a heap that has just landed is farther from the solution.
+        # The search begins at the state of the last step. With the sealant that has just landed, it would begin farther
+        # from the solution.
         height_mm = self.height_mm
         self.area_mm2 = self.area_mm2 + landed_mm2
         through = self._faces(sections.height_mm(self.area_mm2))
@@ -260,12 +268,12 @@ class _Bed:
         self.height_mm = sections.height_mm(self.area_mm2)
 
     def _push(self, height_mm: Floats) -> Floats:
-        """Return the push at the boundaries between cells in Pa/mm. It is positive towards larger s."""
+        """Return the pressure gradient at boundaries between cells in Pa/mm, (n - 1,), positive towards larger s."""
         level_mm = self._sections.bottom_mm + height_mm
         return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
 
     def _faces(self, height_mm: Floats) -> PlaneFlow:
-        """Return the flow through each boundary between cells: the section of the upwind cell, filled to a height."""
+        """Return the flow through each boundary between cells. The upwind cell is filled to its ``height_mm``, (n,)."""
         upwind = np.arange(len(height_mm) - 1) + (self._push(height_mm) < 0)
         return conduits(self._paste, self._sections, np.maximum(self.area_mm2, 0.0), height_mm, upwind)
 
@@ -282,16 +290,16 @@ def conduits(
 ) -> PlaneFlow:
     """Return the flow through sections ``rows``, (k,), which are filled to ``area_mm2`` and ``height_mm``, (n,) each.
 
-    It is computed as a flow between plates. Two radii of the section replace half the gap: one for the yield stress,
-    and one for the viscous flow.
+    The flow is computed as a flow between plates. Half the gap is replaced by two radii of the section: one for the
+    yield stress, and one for the viscous flow.
     """
     wetted_mm = sections.wetted_mm(height_mm)
-    # The mean pressure on the walls is half of that at the floor.
+    # The mean pressure on the walls is half of the pressure at the floor.
     pressure_pa = paste.weight_pa_mm * np.maximum(height_mm, 0.0) * (1 + sections.floor_mm / wetted_mm) / 2
     holds_pa = paste.wall_share * paste.yield_stress_pa + paste.friction * pressure_pa
     with np.errstate(divide="ignore", invalid="ignore"):
         threshold = np.where(area_mm2 > 0, holds_pa / sections.holding_mm(area_mm2, wetted_mm), np.inf)
-    # Short side over long side of a duct: a filled section at its mean width, and its mirror image.
+    # Ratio of short to long side of a duct that consists of a filled section, at its mean width, and its mirror image.
     high_mm = 2 * np.maximum(height_mm, NARROWEST_MM)
     wide_mm = np.maximum(2 * area_mm2 / high_mm, NARROWEST_MM)
     slenderness = np.minimum(wide_mm / high_mm, high_mm / wide_mm)

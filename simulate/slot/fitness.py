@@ -1,4 +1,4 @@
-"""Domain of validity of the fast model, and the reasons why a case is outside it."""
+"""Limits within which the fast model is valid, and the reasons why it is not valid for a case."""
 
 from dataclasses import dataclass
 
@@ -22,13 +22,14 @@ fill with narrow positions is off by at most 0.6 mm."""
 
 @dataclass(frozen=True)
 class Fitness:
-    """Figures of a case for which the model's domain sets limits."""
+    """Figures of a case that decide whether the model is valid for it."""
 
     slope: float
-    """Slope at which the walls support the paste, at the mean filled depth."""
+    """Slope of the surface that the walls support, at the mean filled depth."""
     mound_mm: float
-    """Height of the mound under the nozzle's last position. It is the larger of two heights: slope times the sealant's
-    depth, which the walls support, and 4 tau / rho g, which the paste itself supports. tau is the yield stress."""
+    """Height of the mound under the nozzle's last position. It is the larger of two heights: ``slope`` times the depth
+    of the sealant, for support by the walls, and 4 tau / rho g, for support by the paste itself. tau is the yield
+    stress."""
     fill: float
     """Dispensed volume divided by the volume of the crack."""
     above_mm: float = 0.0
@@ -47,7 +48,7 @@ class Fitness:
 
     @property
     def unfit(self) -> tuple[Fact, ...]:
-        """Reasons why the model is not valid for this case. Empty if it is valid."""
+        """Reasons why the model is not valid for this case. Empty if the model is valid."""
         reasons = list[Fact]()
 
         def unless(allowed: bool, key: str, text: str, value: float, unit: str = "") -> None:
@@ -57,8 +58,8 @@ class Fitness:
         unless(
             self.slope <= STEEPEST,
             "slope",
-            f"The walls support the paste at a slope of {self.slope:.2f}. Above {STEEPEST:g} the paste piles up under "
-            "the nozzle, which a section's mean level does not show.",
+            f"The walls support paste with a slope of {self.slope:.2f}. Above {STEEPEST:g}, paste piles up under the "
+            "nozzle, which a section's mean level does not show.",
             self.slope,
         )
         unless(
@@ -72,8 +73,8 @@ class Fitness:
         unless(
             self.fill <= FULLEST,
             "overfull",
-            f"The sealant is {self.fill:.2f} of the crack's volume. Above {FULLEST:g} it runs over the face, which "
-            "this model does not compute.",
+            f"The sealant has {self.fill:.2f} times the crack's volume. Above {FULLEST:g} it runs over the face, "
+            "which this model does not compute.",
             self.fill,
         )
         unless(
@@ -107,7 +108,7 @@ class Fitness:
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
-    """Return the figures of a case, except its level. They are means, with all cells filled to the same fraction."""
+    """Return the figures of a case, except ``above_mm``. They are means for cells filled to equal fractions."""
     sections = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
     fill = trajectory.dispensed_mm3 / sections_mm3

@@ -27,17 +27,17 @@ READ = (
     *("U", "D_cm", "wall_share", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
     *("density_kg_m3", "yield_stress_pa", "material"),
 )
-"""Settings of [fluid] that this model reads. D_cm is read only as a reason why the model is not valid. A sealant with
-any other setting is refused, so that no setting is silently ignored."""
+"""Settings of [fluid] that this model supports. D_cm is only a reason why the model is not valid. If any other setting
+differs from its default, the sealant is refused, so that no setting is silently ignored."""
 PARTICLES_RUB = 0.0065
-"""Friction of the particles, as a fraction of the pressure. Shear waves in a box without walls give 0.5 to 0.8 %. The
-fast model stands in for particles, so it has the same friction."""
+"""Friction between particles, as a fraction of the pressure. Shear waves in a box without walls give 0.5 to 0.8 %. The
+fast model includes this friction so that it agrees with a run of particles."""
 
 
 def pour(inputs: Pour) -> tuple[Run, Profile]:
-    """Follow the trajectory, let the sealant settle for ``solver.settle_s``, and return the run and its level.
+    """Pour along the trajectory, let the sealant settle for ``solver.settle_s``, and return the run and its level.
 
-    Raises InputError for a sealant with a setting that is not in READ, for example one that freezes.
+    Raises InputError for a sealant with a setting that is not in READ, for example if the sealant freezes.
     """
     solid, outline, trajectory = inputs.sample.solid, inputs.sample.outline, inputs.sample.trajectory
     fluid, nozzle = inputs.fluid, inputs.nozzle
@@ -103,23 +103,23 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
 
 
 def _unread(fluid: Fluid) -> dict[str, Any]:
-    """Return the defaults of those settings that differ from their default and are not in READ."""
-    # A trial file must give freeze_after_s, which has a default in Fluid only.
+    """Return the settings that are not in READ and differ from their defaults, with these defaults."""
+    # A trial file must state freeze_after_s. Only ``Fluid`` has a default for it.
     fields = {**type(fluid).model_fields, **Fluid.model_fields}.items()
     return {key: field.default for key, field in fields if key not in READ and getattr(fluid, key) != field.default}
 
 
 def has_sealant(fluid: Fluid) -> bool:
-    """Return True if the fast model, and therefore a plan, can compute the sealant."""
+    """Return True if the fast model, on which a plan is based, supports the sealant."""
     return not _unread(fluid) and (fluid.yields or fluid.fresh.viscosity_pa_s is not None)
 
 
 def bed_of(
     inputs: Pour, paste: HerschelBulkley, trajectory: Trajectory, *, cells: int = CELLS, steps: int = STEPS
 ) -> Filled:
-    """Return a paste settled after a pour along a trajectory, with the other settings of ``inputs``.
+    """Return the settled sealant after a pour of ``paste`` along ``trajectory``.
 
-    These are the crack, the nozzle, the slope and the settling time.
+    Crack, nozzle, slope and settling time are those of ``inputs``.
     """
     return fill(
         inputs.sample.solid,
@@ -135,13 +135,16 @@ def bed_of(
 
 
 def paste_of(inputs: Pour) -> HerschelBulkley:
-    """Return the sealant for this model. U is replaced by its equivalent viscosity at the trial's radius."""
+    """Return the sealant as this model describes it. U is replaced by the equivalent viscosity at the trial's radius.
+
+    Raises InputError if the model does not support the sealant.
+    """
     fluid, sample = inputs.fluid, inputs.sample
-    refused = 'the fast model (solver.model = "slot") does not support this. Give solver.model = "particles"'
+    refused = 'the fast model (solver.model = "slot") does not support this setting. Give solver.model = "particles"'
     for key, default in _unread(fluid).items():
         raise InputError(f"fluid.{key}: {refused}, or leave fluid.{key} at its default, {default}.")
     if fluid.law not in FLOW_BETWEEN_PLATES:
-        raise InputError(f"fluid.{fluid.given_by} gives a law of flow: {refused}.")
+        raise InputError(f"fluid.{fluid.given_by} selects the law of flow: {refused}.")
     viscosity_pa_s = fluid.fresh.viscosity_pa_s
     if viscosity_pa_s is None and not fluid.yields:
         raise InputError(
@@ -172,7 +175,7 @@ def paste_of(inputs: Pour) -> HerschelBulkley:
 
 
 def _unfit_settings(fluid: Fluid, outline: Outline) -> Iterator[Fact]:
-    """Yield a doubt for each property of a case that this model leaves out."""
+    """Yield a reason for each setting with which this model is not valid."""
     if fluid.D_cm is not None:
         text = (
             f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles, but in this model the paste sticks to the walls. "

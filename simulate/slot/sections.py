@@ -1,7 +1,8 @@
-"""Sections of a crack square to its centreline: the area that paste of a depth fills, and the walls that drag it.
+"""Sections of a crack square to its centreline: the area below a level, and the length of walls that drag the paste.
 
 A section is a trapezoid from floor to face. Paste above the face is over the mouth, and slumps to both sides as far as
-its yield stress allows. At a height ``e`` above the face, the slump is ``e^2 rho g / 2 tau`` wide, under a parabola.
+its yield stress tau allows. If the paste is e above the face, a slump is e^2 rho g / (2 tau) wide and has the shape of
+a parabola.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 
 from sealtwin.core.records import Floats, Outline, Solid
 
-NARROWEST_MM = 0.05  # Smallest width of a section that closes, so that every area has a depth
+NARROWEST_MM = 0.05  # Smallest width of a section whose walls meet, so that every area has a depth
 ROUND_CORNERS = 4 - np.pi
 """Twice the area of unmoved paste in a corner, divided by the square of the radius: a square less its inscribed
 circle."""
@@ -28,11 +29,11 @@ class Trapezoids:
     mouth_mm: Floats
     depth_mm: Floats
     slant: Floats
-    """Length of both walls divided by their height. It is 2 if they are upright."""
+    """Length of both walls together, divided by their height. It is 2 if both walls are upright."""
     bottom_mm: Floats
     """Level of the floor, or of the line at which converging walls meet."""
     reach_per_mm: float
-    """Width of a slump on one side, divided by the square of its height: rho g / 2 tau in 1/mm."""
+    """Width of a slump on one side, divided by the square of its height: rho g / (2 tau) in 1/mm."""
     reach_mm: float
     """Largest width of a slump on one side."""
 
@@ -51,7 +52,7 @@ class Trapezoids:
         return (self.floor_mm + self.mouth_mm) / 2 * self.depth_mm
 
     def area_mm2(self, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the area below each height above the floor, and the width at this height.
+        """Return the area below each height above the floor, and the width at this height, (n,) each.
 
         Heights below 0 are allowed, because Newton steps may try them.
         """
@@ -63,12 +64,12 @@ class Trapezoids:
         return area_mm2 + self.mouth_mm * over_mm + beside_mm, width_mm + grows
 
     def _slump(self, over_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the area of both slumps next to the mouth, and its derivative with respect to the height."""
+        """Return the area of both slumps beside the mouth, and its derivative with respect to the height, (n,) each."""
         free_mm = self.reach_per_mm * over_mm**2
         bound = free_mm > self.reach_mm
         if not bound.any():
             return 4 / 3 * free_mm * over_mm, 4 * free_mm
-        # A slump of the largest width only rises.
+        # If a slump has reached the largest width, only its height increases.
         edge_mm = np.sqrt(self.reach_mm / self.reach_per_mm)
         risen_mm = np.maximum(over_mm - edge_mm, 0.0)
         within_mm = np.minimum(over_mm, edge_mm)
@@ -79,13 +80,13 @@ class Trapezoids:
         """Return the height to which each section is filled by an area."""
         opening, floor_mm = self.opening, self.floor_mm
         inside_mm2 = np.clip(area_mm2, 0.0, self.full_mm2)
-        # This form of the root has no difference of nearly equal numbers, and works for upright walls too.
+        # This form of the root has no difference of nearly equal numbers, and is also valid for upright walls.
         height_mm = 2 * inside_mm2 / (floor_mm + np.sqrt(np.maximum(floor_mm**2 + 2 * opening * inside_mm2, 0.0)))
         height_mm += np.minimum(area_mm2, 0.0) / floor_mm
         over = area_mm2 > self.full_mm2
         if over.any():
             height_mm = np.where(over, self.depth_mm + (area_mm2 - self.full_mm2) / self.mouth_mm, height_mm)
-            # The area is convex in the height: Newton steps from above never pass the root.
+            # The area is a convex function of the height, so Newton steps from above never go beyond the root.
             for _ in range(INVERTED):
                 there_mm2, width_mm = self.area_mm2(height_mm)
                 change_mm = np.where(over, (there_mm2 - area_mm2) / width_mm, 0.0)
@@ -95,15 +96,16 @@ class Trapezoids:
         return height_mm
 
     def wetted_mm(self, height_mm: Floats) -> Floats:
-        """Return the length of floor and walls below a height. Above the mouth, nothing drags the paste."""
+        """Return the length of floor and walls below a height, (n,). Paste above the mouth is not dragged."""
         return self.floor_mm + self.slant * np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
 
     @staticmethod
     def holding_mm(area_mm2: Floats, wetted_mm: Floats) -> Floats:
-        """Return area divided by perimeter of the plug that yields first: a section with corners rounded by this ratio.
+        """Return the ratio of area to perimeter of the plug that begins to move first, in mm, (n,).
 
-        It is the largest ratio of any part of the section, mirrored at its free surface (Mosolov and Miasnikov 1965).
-        Corners are taken as square.
+        It is the largest such ratio of any part of the section, mirrored at the free surface (Mosolov and Miasnikov
+        1965). The plug is the section with its corners rounded by a radius equal to this ratio. Corners are assumed to
+        be square.
         """
         half_mm = np.sqrt(np.maximum(wetted_mm**2 - 2 * ROUND_CORNERS * area_mm2, 0.0))
         return 2 * area_mm2 / (wetted_mm + half_mm)
@@ -137,7 +139,7 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
 
 
 def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:
-    """Return the means, over cells around ``s_mm``, of values that are linear between ``known_mm``."""
+    """Return the means of ``values`` over cells around ``s_mm``, (n,). Values are linear between ``known_mm``."""
     half_mm = (s_mm[1] - s_mm[0]) / 2
     edges_mm = np.append(s_mm - half_mm, s_mm[-1] + half_mm)
     grid_mm = np.unique(np.concatenate([edges_mm, known_mm.clip(edges_mm[0], edges_mm[-1])]))

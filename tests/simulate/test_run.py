@@ -145,7 +145,7 @@ MIN_MM = least_mm(20_000)
     ("radius_mm", "most", "says"),
     [
         # "auto" was once refused, with a larger radius as the advice.
-        ("auto", 800, "needs more particles.*No radius is possible: at most 0.775"),
+        ("auto", 800, "too many particles.*No radius is possible: at most 0.775"),
         ("auto", 2_000, None),
         (0.01, 20_000, rf"radius_mm is 0.01: .* {MIN_MM:.3f} to 0.775"),
         (MIN_MM - 0.001, 20_000, rf"radius_mm is {MIN_MM - 0.001:g}: .* {MIN_MM:.3f} to 0.775"),

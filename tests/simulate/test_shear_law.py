@@ -41,5 +41,5 @@ def test_the_fast_model_refuses_a_law_without_a_flow_between_plates(monkeypatch:
     crack = slot(40.0)
     inputs = Pour(sample_of(crack, path(crack[1], 1.2)), (Fluid(viscosity_pa_s=2.0),), Solver())
     paste_of(inputs)
-    with pytest.raises(InputError, match=r"fluid\.consistency_pa_s_n gives .*particles"):
+    with pytest.raises(InputError, match=r"fluid\.consistency_pa_s_n selects .*particles"):
         paste_of(replace(inputs, fluids=(Fluid(consistency_pa_s_n=2.0, flow_index=0.5),)))
