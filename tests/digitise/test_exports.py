@@ -26,7 +26,7 @@ def test_an_exported_mask_is_the_inside_of_the_outline(tmp_path):
     assert np.array_equal(read_mask(tmp_path / "m.png", SIZE_PX), mask)
 
 
-def test_an_island_is_outside_the_mask_and_its_run_length_code():
+def test_an_island_is_excluded_from_the_mask_and_its_run_length_code():
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     outline = replace(OUTLINE, islands_mm=(np.column_stack([40 + np.cos(turn), -np.sin(turn)]),))
     mask = mask_of(outline, "a.png")

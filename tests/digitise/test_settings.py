@@ -34,7 +34,7 @@ MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
         (Marker, MARKER, "id", (-1, 10**9)),
     ],
 )
-def test_a_setting_out_of_bounds_is_refused_by_its_key(table: type[BaseModel], base, key, values):
+def test_the_error_for_a_setting_out_of_bounds_names_the_key(table: type[BaseModel], base, key, values):
     """Each of these values once reached trajectory.csv or crack.stl, or ended in a traceback."""
     for value in values:
         with pytest.raises(ValidationError, match=key):
@@ -67,7 +67,7 @@ def test_a_mean_width_with_branches_or_without_walls_is_refused(beside):
         PhotoInput.model_validate_json(json.dumps({**PHOTO, "mm_per_px": 0.1, "mean_width_mm": 3.0, **beside}))
 
 
-def test_a_board_that_lists_a_marker_twice_is_refused():
+def test_a_marker_board_that_lists_a_marker_twice_is_refused():
     places = [{"id": number, "x_mm": 20.0 * number, "y_mm": 0.0} for number in (0, 1, 2, 3, 1)]
     with pytest.raises(ValidationError, match="marker 1 is listed 2 times"):
         MarkerBoard.model_validate_json(json.dumps({"size_mm": 16.0, "markers": places}))

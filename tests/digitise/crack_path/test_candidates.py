@@ -40,7 +40,7 @@ def with_joint(picture):
     ],
     ids=["an edge", "a joint", "a stepped joint", "short steps"],
 )
-def test_an_edge_or_a_joint_is_followed_only_by_the_users_choice(tmp_path, picture, doubt):
+def test_an_edge_or_a_joint_is_followed_only_if_the_user_chooses_it(tmp_path, picture, doubt):
     search = search_of(tmp_path, picture)
     with pytest.raises(RivalCracksError, match=doubt):
         search.path()
@@ -48,7 +48,7 @@ def test_an_edge_or_a_joint_is_followed_only_by_the_users_choice(tmp_path, pictu
 
 
 @pytest.mark.parametrize("other", [with_patch, with_joint])
-def test_a_crack_is_ranked_before_an_edge_and_a_joint(tmp_path, other):
+def test_a_crack_is_ranked_before_an_edge_or_a_joint(tmp_path, other):
     search = search_of(tmp_path, other(with_crack(mortar(), CRACK, 5)))
     assert distance_to(search.cracks[0].line_px, np.array(CRACK, dtype=float)).max() < 12
 

@@ -56,7 +56,7 @@ def test_a_traced_crack_is_unchanged_after_writing_and_reading(tmp_path):
         assert np.abs(read_mm - line_mm).max() < 1e-9
 
 
-def test_the_nozzle_path_is_written_as_a_polyline_in_3d(tmp_path):
+def test_the_nozzle_path_is_written_as_a_3d_polyline(tmp_path):
     outline = straight_slot(40.0, 3.0, CLOSED)
     planned = path(outline, 0.5, 20.0)
     (tmp_path / "a.dxf").write_text(dxf_text(outline, planned))
@@ -66,7 +66,7 @@ def test_the_nozzle_path_is_written_as_a_polyline_in_3d(tmp_path):
 
 
 @pytest.mark.parametrize(("unit", "mm"), [(units.CM, 10.0), (units.IN, 25.4)])
-def test_separate_segments_in_any_unit_are_joined_to_one_outline(tmp_path, unit, mm):
+def test_separate_segments_in_any_unit_are_joined_into_one_outline(tmp_path, unit, mm):
     """The segments are LINEs in any order and direction."""
 
     def draw(space):

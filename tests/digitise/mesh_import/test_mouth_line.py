@@ -56,7 +56,7 @@ def test_the_centreline_of_a_closed_crack_ends_at_the_rim(mouth, expected_mm):
     ],
     ids=["square", "disc", "ring", "path that ends in a bend"],
 )
-def test_a_mouth_without_a_centreline_is_refused_without_words_about_photos(mouth, between_mm, says):
+def test_the_error_for_a_mouth_without_a_centreline_does_not_mention_photos(mouth, between_mm, says):
     with pytest.raises(InputError, match=says) as refusal:
         line_of_mouth(mouth, FAR_MM, between_mm)
     assert not any(word in str(refusal.value) for word in ("photo", "ends_px", "px"))

@@ -108,12 +108,12 @@ def test_clicked_corners_of_the_face_give_the_scale(specimen, tmp_path):
     ],
     ids=["mirrored", "from another corner", "far off", "centimetres a pixel"],
 )
-def test_corners_in_the_wrong_order_or_of_an_impossible_size_are_refused(specimen, tmp_path, corners, says):
+def test_face_corners_in_the_wrong_order_or_of_an_impossible_size_are_refused(specimen, tmp_path, corners, says):
     with pytest.raises(InputError, match=says):
         by_corners(specimen, tmp_path, corners(specimen.to_px(FACE)))
 
 
-def test_a_photo_without_a_face_is_refused(tmp_path):
+def test_a_photo_that_shows_no_face_is_refused(tmp_path):
     path = write_png(tmp_path / "plain.png", mortar())
     with pytest.raises(InputError, match=r"no face that is 4\.00 times as wide as high, like face_mm"):
         load_photo(PhotoInput(file=path, data="synthetic", face_mm=(160, 40)), tmp_path)

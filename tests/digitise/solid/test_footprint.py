@@ -86,7 +86,7 @@ def slot_mm3(tilt: Tilt) -> float:
 
 
 @pytest.mark.parametrize(("ends", "tilt"), [(OPEN, "flare"), *((CUT, tilt) for tilt in TILTS)])
-def test_a_slot_with_a_depth_table_has_the_closed_forms_volume(ends, tilt):
+def test_a_slot_with_a_depth_table_has_the_volume_of_the_closed_form(ends, tilt):
     """The floor's triangles meet at the table's stations, so that no volume is lost."""
     solid = build(straight_slot(L, W, ends), HILLS, tilt)
     assert solid.cavity_volume_mm3 == pytest.approx(slot_mm3(tilt), rel=1e-6)

@@ -121,7 +121,7 @@ def test_malformed_requests_are_refused_and_save_nothing(page, saved):
     assert page.post("session", b"{}") is None
 
 
-def test_saving_passes_the_hints_on_and_closes_the_page(page, saved):
+def test_saving_stores_the_hints_and_closes_the_page(page, saved):
     answers = _posted(page, "save", {"hints": {"mm_per_px": 0.1}, "shape": {"depth_mm": 16}})
     assert answers == [{"saved": {"file": "crack.toml"}, "photos": []}]
     page.wait()

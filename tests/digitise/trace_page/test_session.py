@@ -101,7 +101,7 @@ def test_an_invalid_scale_is_refused_but_the_crack_is_still_shown(session):
     assert answers["walls"]["unit"] == "px"
 
 
-def test_via_points_and_the_region_of_interest_are_used(session):
+def test_the_trace_page_uses_via_points_and_the_region_of_interest(session):
     """A refusal gives the name of the photo without its folder."""
     answers = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)), "path")
     assert answers["path"]["source"] == "via"
@@ -109,7 +109,7 @@ def test_via_points_and_the_region_of_interest_are_used(session):
     assert re.match("crack.png: .*roi_px", away["refused"])
 
 
-def test_a_crack_is_proposed_without_clicked_ends(tmp_path):
+def test_the_trace_page_proposes_a_crack_if_no_ends_are_clicked(tmp_path):
     """A run would give a warning that points to its overlay; the page asks the user instead."""
     picture = with_crack(mortar(), wandering([(50, 200), (180, 150), (300, 160), (450, 100)]))
     answers = _asked(_session(write_png(tmp_path / "crack.png", picture)), Hints(mm_per_px=0.1))
@@ -194,7 +194,7 @@ def test_only_the_newest_of_several_waiting_searches_is_made(session, monkeypatc
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
 
 
-def test_a_stroke_in_an_open_session_gives_the_result_of_a_new_session(file):
+def test_a_stroke_added_in_an_open_session_gives_the_result_of_a_new_session(file):
     session, plain = _session(file), Hints(ends_px=ENDS)
     stroked = plain.model_copy(update={"crack_strokes_px": (((170.0, 154.0), (190.0, 152.0)),)})
     _asked(session, plain)

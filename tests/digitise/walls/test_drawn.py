@@ -24,7 +24,7 @@ def strokes(folder, *boxes, hole=((0, 0), (0, 0))):
     return with_paint(photo, drawn)
 
 
-def test_a_narrow_painted_side_crack_is_kept(tmp_path):
+def test_a_narrow_painted_side_crack_is_included_if_side_cracks_are_kept(tmp_path):
     """A painted stroke of 5 px has an exact width; in a photo, 5 px would be too narrow to measure."""
     photo = strokes(tmp_path, ((140, 164), (30, 470)), ((60, 140), (250, 255)))
     main, whole = (trace_outline(photo, find_path(photo, None), how_traced(branches=it)) for it in ("drop", "keep"))
@@ -92,7 +92,7 @@ def test_a_wall_follows_a_line_drawn_in_either_direction(tmp_path, step, aside_p
         ([[(200.0, 142.0), (260.0, 142.0)], [(220.0, 140.0), (240.0, 160.0)]], "walls_px, line 2, crosses"),
     ],
 )
-def test_a_wall_line_off_or_across_the_crack_is_refused(tmp_path, lines, named):
+def test_a_drawn_wall_line_off_or_across_the_crack_is_refused(tmp_path, lines, named):
     with pytest.raises(InputError, match=named):
         trace_outline(*crack(tmp_path), how_traced(walls_px=lines))
 
@@ -151,7 +151,7 @@ def lower_px(outline, first, last):
     ("photo", "kind", "other", "line"),
     [("pale", "crack", "ground", ((235.0, 162.0), (265.0, 164.0))), ("banded", "ground", "crack", ((250.0, 163.0),))],
 )
-def test_a_stroke_or_dot_moves_the_lower_wall_across_a_band(request, photo, kind, other, line):
+def test_a_stroke_or_dot_moves_a_wall_to_the_other_side_of_a_band(request, photo, kind, other, line):
     """The stroke acts by the lightness under it, also beside it; walls 100 px away do not move."""
     crack = request.getfixturevalue(photo)
     before, after = traced(crack), traced(crack, **{kind: (line,)})
@@ -161,7 +161,7 @@ def test_a_stroke_or_dot_moves_the_lower_wall_across_a_band(request, photo, kind
     assert any("strokes drawn by hand" in warning.text for warning in after.warnings)
 
 
-def test_a_band_that_may_be_crack_gives_a_warning_until_a_stroke_decides(banded):
+def test_a_doubtful_band_beside_the_crack_gives_a_warning_unless_a_stroke_decides(banded):
     outline = traced(banded)
     low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
     share = 200 / 440
@@ -198,7 +198,7 @@ def test_a_ground_stroke_far_from_the_crack_only_gives_a_warning(banded):
     assert any("ground_strokes_px, stroke 1, is not beside this crack" in warning.text for warning in after.warnings)
 
 
-def test_a_ground_stroke_that_cuts_off_the_darker_part_is_refused(tmp_path):
+def test_a_ground_stroke_that_cuts_off_the_darker_part_of_the_crack_is_refused(tmp_path):
     """A crack and a wider stain are between the walls, so that the middle line is in the stain."""
     light = with_crack(mortar(), STROKED_ENDS, 30)
     light[151:190] = mortar()[151:190] * 0.35
@@ -208,7 +208,7 @@ def test_a_ground_stroke_that_cuts_off_the_darker_part_is_refused(tmp_path):
         traced((photo, path), ground=(((100.0, 156.0), (400.0, 156.0)),))
 
 
-def test_strokes_trace_a_crack_without_visible_walls(tmp_path):
+def test_a_crack_without_visible_walls_can_be_traced_by_strokes(tmp_path):
     """A faint crack among stones of like width is refused without strokes, although a person sees it."""
     rng = np.random.default_rng(4)
     stones = cv2.GaussianBlur(rng.standard_normal((300, 500)), (0, 0), 5)
