@@ -44,7 +44,7 @@ def test_a_released_block_keeps_its_volume_and_stays_between_its_walls(onto):
         assert np.ptp(sides) < 0.06 * np.mean(sides)
 
 
-def test_a_released_block_depends_on_its_seed_and_its_slope():
+def test_the_flow_of_a_released_block_depends_on_the_seed_and_the_slope():
     release_of = partial(released, PASTE | {"yield_stress_pa": 4.0}, onto="channel", duration_s=0.2)
     level, same, other = (release_of(seed=seed) for seed in (3, 3, 4))
     assert np.array_equal(level.position_mm, same.position_mm)
@@ -70,6 +70,6 @@ def test_released_fluid_stops_at_the_closed_end_of_the_channel():
         ({"solver": {"model": "slot"}}, "solver.model"),
     ],
 )
-def test_an_impossible_block_release_is_refused_with_the_setting_named(change, named):
+def test_the_error_for_an_impossible_block_release_names_the_setting(change, named):
     with pytest.raises((InputError, NumericalError), match=named):
         released(PASTE | {"yield_stress_pa": 1.0}, **change)

@@ -81,7 +81,7 @@ def test_a_machine_without_a_gpu_gives_no_warning():
     assert (done.stdout, done.stderr) == (b"", b"after")
 
 
-def test_the_self_test_passes_here_and_detects_a_failed_recording(monkeypatch):
+def test_the_self_test_passes_unless_a_recording_fails(monkeypatch):
     assert touching_pairs("cpu") == 3 * 7 * 8 * 8
     assert turns_of_a_recording("cpu") == SIDE
     monkeypatch.setattr(wp, "capture_launch", lambda _: None)
@@ -130,7 +130,7 @@ def test_a_damaged_kernel_is_compiled_again(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_kernel_cache_that_cannot_be_written_is_named_in_the_error(tmp_path):
+def test_the_error_for_a_kernel_cache_that_cannot_be_written_names_the_folder(tmp_path):
     code, printed = selftest(tmp_path, largest_file_bytes=5_000)
     assert code == 3
     assert str(tmp_path) in printed

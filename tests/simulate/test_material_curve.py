@@ -45,7 +45,7 @@ def test_a_curve_interpolates_the_logarithm_of_viscosity_between_its_rows(tmp_pa
 
 
 @pytest.mark.parametrize("downward", [False, True])
-def test_a_cooling_converts_a_curve_over_temperature_into_a_curve_over_age(tmp_path, downward):
+def test_a_cooling_table_converts_a_curve_over_temperature_into_a_curve_over_age(tmp_path, downward):
     """It cools from 190 to 150 C in 40 s, then by 10 C in 100 s. Ages between the rows of both tables are checked."""
     rows = ["100,100,50", "160,4,2", "200,1,0"]
     text = "\n".join(["temperature_c,viscosity_pa_s,yield_stress_pa", *(reversed(rows) if downward else rows)])
@@ -78,7 +78,7 @@ def test_a_cooling_converts_a_curve_over_temperature_into_a_curve_over_age(tmp_p
         (b"\xff\xfe\x00\x01", "UTF-8"),
     ],
 )
-def test_an_invalid_table_is_refused_with_its_row_column_and_value(tmp_path, text, fault):
+def test_an_invalid_material_table_is_refused_with_the_reason(tmp_path, text, fault):
     if text is not None:
         (tmp_path / "material.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(InputError, match=rf"material\.csv.*{fault}"):
@@ -108,7 +108,7 @@ def test_settings_that_conflict_with_a_curve_or_are_incomplete_are_refused(table
         fluid(**{"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1]}} | table)
 
 
-def test_a_cooling_beyond_the_range_of_its_curve_is_refused_with_its_row(tmp_path):
+def test_the_error_for_a_cooling_beyond_the_range_of_its_curve_names_the_row(tmp_path):
     hot = write(tmp_path, "hot.csv", "temperature_c,viscosity_pa_s\n20,9000\n180,1\n")
     cools = write(tmp_path, "cools.csv", "age_s,temperature_c\n0,170\n10,12\n")
     with pytest.raises(InputError, match=r"cools\.csv, row 3, column temperature_c: 12 at 10 s"):
@@ -123,7 +123,7 @@ def test_a_softening_curve_is_refused_if_particles_may_sleep():
     check_fit(outline, solid, soft, Solver(sleep=False), nozzle)
 
 
-def test_the_table_of_a_run_has_the_curves_values_at_each_frame():
+def test_the_material_table_of_a_run_has_the_curves_values_at_each_frame():
     """It has U and the yield stress up to the curve's last row or the run's end. A given D applies at every age."""
     paste = curve(age_s=[0, 0.1], viscosity_pa_s=[0.05, 0.5], yield_stress_pa=[0, 10])
     whole, short = rheology_of(paste, SUPPORT_CM, FRAME_S), rheology_of(paste, SUPPORT_CM, FRAME_S, frames=5)
@@ -157,7 +157,7 @@ TO_3000_PA = {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0,
         ),
     ],
 )
-def test_a_yield_stress_too_large_for_the_solver_is_refused_with_its_limit(key, most, asked, allowed):
+def test_the_error_for_a_yield_stress_too_large_for_the_solver_gives_the_limit(key, most, asked, allowed):
     solver = Solver(substeps=4)
     with pytest.raises(InputError, match=rf"fluid\.{re.escape(key)}.* at most {most}\b"):
         solved_as(fluid(**asked), solver, FRAME_S, 1000)

@@ -72,7 +72,7 @@ def state_of(count: int, runs: int = 1) -> State:
     return State(Schedule(nowhere, nowhere, np.zeros(count, int), np.array([count]), 0.01, count, 1.0), "cpu", runs)
 
 
-def test_the_gpu_sort_lists_each_moving_particle_once_after_others_spilled():
+def test_the_gpu_sort_lists_each_moving_particle_once_if_others_have_spilled():
     """Entries that an earlier sort left are behind the last moving particle and are not counted."""
     state, launcher = state_of(200), Launcher("cpu", fixed(200, "cpu"))
     position = wp.array(np.pad(np.random.default_rng(6).uniform(0, 1, (200, 3)), ((0, 0), (0, 1))), dtype=wp.vec4)

@@ -58,7 +58,7 @@ def judged(crack: tuple[Solid, Outline], stress_pa: float = 5.0, fill: float = 0
     return fitness_of(solid, outline, path(outline, volume_ml), HerschelBulkley(1690.0, stress_pa, 0.3))
 
 
-def test_a_bar_along_a_slot_holds_back_like_two_gaps_of_half_the_width():
+def test_a_bar_along_a_slot_holds_back_as_much_sealant_as_two_narrow_gaps():
     """The hold is that of area over perimeter, without corners; levels are off by the added length times the slope."""
     solid, outline = slot_with(stone(39.4, 0.5))
     sections = sections_of(outline, solid, 60, reach_per_mm=0.0)
@@ -109,7 +109,7 @@ FIT = {
 
 
 @pytest.mark.parametrize("crack", FIT.values(), ids=FIT)
-def test_a_crack_that_sections_describe_is_fit_for_the_fast_model(crack):
+def test_a_crack_without_a_severe_constriction_is_fit_for_the_fast_model(crack):
     """At a slope of 0.45, the model's steepest, the step would be a third of the allowed step."""
     solid, outline = crack()
     sections = sections_of(outline, solid, 60, reach_per_mm=0.0)
