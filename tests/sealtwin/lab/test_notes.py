@@ -90,7 +90,7 @@ def poured(small):
     return small
 
 
-def test_a_fill_beside_the_readings_is_copied_and_used_for_the_solid(poured, tmp_path):
+def test_a_weighed_fill_beside_the_readings_is_copied_and_used_for_the_solid(poured, tmp_path):
     lab = tmp_path / "lab"
     asked = sealtwin("ingest", poured, "--out", lab, "--quiet").stdout
     (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")

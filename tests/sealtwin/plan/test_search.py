@@ -92,7 +92,7 @@ def test_underfill_and_overfill_are_volumes_relative_to_the_face():
 
 
 @pytest.mark.parametrize(("flow_max", "keep"), [(60.0, True), (20.0, False)])
-def test_a_required_flow_above_the_limit_is_refused_with_its_station(flow_max, keep):
+def test_the_error_for_a_required_flow_above_the_limit_names_the_station(flow_max, keep):
     """A section of 40 mm2 at 3 mm/s needs 120 mm3/s, and 30 at a quarter of that speed."""
     limits = limits_of(OWN, None, None, flow_max, keep)
     with pytest.raises(InputError) as refused:
@@ -132,7 +132,7 @@ def particles(tmp_path, monkeypatch) -> FastModelItself:
     return verifier(FastModelItself, tmp_path)
 
 
-def test_a_plan_expects_the_level_in_the_middle_of_the_crack(particles):
+def test_a_plan_predicts_the_level_in_the_middle_of_the_crack(particles):
     """The mean level across the crack would be 0.11 mm lower for this paste."""
     planned = plan_on(particles, PlanOptions(knots=3, verify=1, seeds=1), [])
     assert planned.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)

@@ -145,7 +145,7 @@ def test_a_batch_does_not_overwrite_files_of_the_user(tmp_path, lab):
 
 
 @pytest.mark.parametrize("name", ["...jpg", ".png", ".lock.png", "photos.csv.png", "INDEX.html.png"])
-def test_a_photo_name_gives_no_parent_folder_and_no_file_of_the_batch(tmp_path, name):
+def test_a_photo_name_never_becomes_a_parent_folder_or_a_batch_file(tmp_path, name):
     """The stem of "...jpg" is "..": its run folder would be the folder above."""
     (tmp_path / name).touch()
     folder = plan([tmp_path / name], GIVEN)[0].name

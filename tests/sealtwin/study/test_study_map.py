@@ -49,7 +49,7 @@ def test_errors_on_the_map_equal_the_errors_of_the_sweep(unbroken, tmp_path):
 
 
 @pytest.mark.parametrize("lost", [0, 1, 4])
-def test_stored_fills_of_chosen_runs_are_drawn_and_missing_fills_are_named(done, lost):
+def test_the_map_draws_stored_fills_and_names_chosen_runs_without_fills(done, lost):
     """A sweep stores no fills of runs that share a launch, for example."""
     runs = read_plan(done).runs
     fill = read_fill(run_path(done, runs[0]) / FILL)

@@ -72,7 +72,7 @@ def test_a_run_is_repeated_only_if_the_content_of_its_material_table_changes(tmp
     assert run(trial, out) == ("simulate",)
 
 
-def test_extra_runs_move_the_viscosity_table_and_keep_the_cooling_table(tmp_path):
+def test_extra_runs_vary_the_viscosity_table_but_not_the_cooling_table(tmp_path):
     """Every viscosity is scaled, and every yield stress is shifted by the same step."""
     fluid = 'curve = "hot.csv"\ncooling = "cooling.csv"\nfreeze_after_s = "never"'
     trial, out = lab_with(tmp_path, fluid), tmp_path / "out"
@@ -94,7 +94,7 @@ def test_extra_runs_move_the_viscosity_table_and_keep_the_cooling_table(tmp_path
         assert cooling.temperature_c == (190.0, 120.0)
 
 
-def test_a_run_takes_values_and_uncertainties_of_a_material_file(tmp_path, monkeypatch):
+def test_a_run_uses_values_and_uncertainties_of_a_material_file(tmp_path, monkeypatch):
     """The material is stored with the run; a declared [uncertainty] replaces that of the material."""
     leave_out_figures(monkeypatch)
     (tmp_path / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")

@@ -1,4 +1,4 @@
-"""Trial files: faults are named by key and value before anything runs; drafts of trials."""
+"""Trial files, whose faults are reported with their keys before anything runs, and drafts of trials."""
 
 import re
 import shutil
@@ -49,7 +49,7 @@ def _trial(tmp_path, *changes):
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],
 )
-def test_a_fault_of_a_trial_file_is_named_by_its_key(tmp_path, old, new, named):
+def test_the_error_for_a_faulty_trial_file_names_the_key(tmp_path, old, new, named):
     with pytest.raises(InputError) as fault:
         load_trial(_trial(tmp_path, (old, new)))
     for words in ["trial.toml", *named]:
