@@ -68,7 +68,7 @@ def test_posterior_draws_have_the_mean_and_spread_of_least_squares():
     assert np.array_equal(draws, _posterior((0.4, 0.6)).draws(500, 600)[0])
 
 
-def test_a_precisely_measured_setting_keeps_its_measured_value():
+def test_the_posterior_of_a_precisely_measured_setting_equals_its_measurement():
     """The readings determine the first setting to 0.05, and its measurement to 0.005."""
     frees = [Free("fluid.a", 0.0, 1.0, (0.45, 0.005)), Free("fluid.b", 0.0, 1.0)]
     draws, _ = _posterior((0.4, 0.6), frees=frees).draws(500, 600)
@@ -96,7 +96,7 @@ def test_readings_unlike_all_simulated_shapes_cannot_be_reproduced_by_calibratio
     assert rare.components == 6
 
 
-def test_allowing_for_a_smooth_error_widens_a_setting_with_that_effect():
+def test_a_smooth_error_widens_the_posterior_of_a_setting_with_the_same_effect():
     """The first setting changes the mean level, as does an error that is the same at all stations."""
     exact = _posterior((0.4, 0.6))
     smooth_mm2 = smooth_errors_mm2(S_MM, (S_MM[0], S_MM[-1]))
@@ -122,7 +122,7 @@ def _draws():
     return np.column_stack([along, sum_is_1, random.random(4000)])
 
 
-def test_the_prior_of_a_setting_is_flat_or_if_measured_normal():
+def test_the_prior_of_a_setting_is_flat_unless_the_setting_was_measured():
     assert FREES[2].prior == pytest.approx((0.9, np.sqrt(1 / 12)), rel=1e-3)
     measured = Free("path.fill", 0.9, 1.1, (1.0, 0.01))
     assert measured.prior == pytest.approx((2 * 1.645 * 0.05, 0.05), rel=2e-3)

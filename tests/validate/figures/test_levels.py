@@ -30,7 +30,7 @@ def curve(figure, label: str):
     return next(line for line in axes.lines if str(line.get_label()).startswith(label))
 
 
-def test_the_figure_of_levels_shows_simulation_means_and_every_reading(drawn, evidence):
+def test_the_figure_of_levels_shows_the_simulation_the_means_and_every_reading(drawn, evidence):
     figure = drawn["levels"]
     assert np.array_equal(heights(curve(figure, "simulated")), evidence.profile.level_mm)
     assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))

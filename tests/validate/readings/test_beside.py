@@ -52,7 +52,7 @@ BETWEEN = (
 
 
 @pytest.mark.parametrize("text", ["", "-", "/", "...", "(-)", *HARMLESS.split("|")])
-def test_a_text_of_known_words_needs_no_question(text):
+def test_a_text_of_known_harmless_words_needs_no_question(text):
     assert is_harmless(text)
 
 

@@ -107,7 +107,7 @@ def test_undeclared_errors_are_named_with_their_expected_effect():
         ("datum_tilt_mm", -1.645, 1.645, 0.98),
     ],
 )
-def test_a_declared_error_that_repeats_cannot_show_has_its_size_and_sign(key, lowest_mm, highest_mm, of_the_mean_mm):
+def test_an_error_that_repeats_cannot_show_has_its_declared_size_and_sign(key, lowest_mm, highest_mm, of_the_mean_mm):
     """Each error is declared as 1 mm. Given are quantiles of 2.5 % at the worst station, and of the mean of all."""
     whole, none = (budget(scattered(0.1), Uncertainty.model_validate({key: mm})) for mm in (1.0, 0.0))
     (error,) = [component for component in whole.components if component.setting == f"uncertainty.{key}"]
