@@ -1,4 +1,4 @@
-"""The judge of tracing: a truth scores nothing, and an error scores itself."""
+"""Errors of a traced outline, as measured by the benchmark of tracing."""
 
 from dataclasses import replace
 
@@ -42,7 +42,7 @@ def moved(truth: Specimen, traced: Outline, by: Floats, stretch: float = 1.0) ->
 
 
 def test_the_true_outline_has_no_tracing_error(truth, photo, traced):
-    """Points of the true line stand 1 um from the nearest place on it: see distance_mm."""
+    """Points of the true line are up to 1 um away from the line by the method of distance_mm."""
     figures = measured(moved(truth, traced, np.zeros(2)), photo, truth)
     assert (figures.centreline_mm, figures.wall_mm) == pytest.approx((0, 0), abs=1e-3)
     assert (figures.width_percent, figures.length_percent) == pytest.approx((0, 0), abs=1e-9)
