@@ -48,7 +48,7 @@ def photo(specimen, tmp_path_factory):
     return photo_of(specimen, tmp_path_factory.mktemp("photo"))
 
 
-def test_the_path_follows_the_crack_from_the_first_end_to_the_second(specimen, photo):
+def test_the_path_follows_the_crack_from_the_first_clicked_end_to_the_second(specimen, photo):
     path = find_path(photo, specimen.ends_px)
     assert distance_to(photo.to_mm(path.points_px), specimen.centreline_mm).max() < 0.9
     assert np.linalg.norm(path.points_px[[0, -1]] - np.array(specimen.ends_px), axis=1).max() < 15

@@ -26,7 +26,7 @@ def _walls_mm(beyond_mm: float) -> tuple[np.ndarray, np.ndarray]:
     ("face_mm", "ends"),
     [(None, ("cut", "cut")), ((0.0, 0.0, 100.0, 40.0), ("open", "cut")), ((-20.0, 0.0, 80.0, 40.0), ("cut", "open"))],
 )
-def test_a_crack_from_a_line_has_the_lines_length_and_width(face_mm, ends):
+def test_a_crack_drawn_as_a_line_has_the_length_and_width_of_the_line(face_mm, ends):
     """An oblique open end loses as much volume on one side as it gains on the other."""
     outline, photo = outline_of_line(LINE_MM, WIDTH_MM, face_mm, "line")
     assert (outline.ends, outline.seen_in, outline.warnings) == (ends, "drawing", ())

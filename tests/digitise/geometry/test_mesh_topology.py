@@ -30,7 +30,7 @@ def crossings(*triangles) -> int:
     ],
     ids=["through", "above", "touching", "within a contact", "beside, boxes overlap", "edges cross", "needle"],
 )
-def test_only_pairs_of_triangles_that_cross_are_counted(other, expected):
+def test_only_pairs_of_triangles_that_cross_are_counted_as_crossings(other, expected):
     assert crossings(FLAT, other) == expected
 
 

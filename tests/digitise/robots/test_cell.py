@@ -71,7 +71,7 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
     ],
 )
 def test_the_error_for_a_faulty_cell_file_names_the_key_or_the_remedy(tmp_path, table, old, new, named):
-    """Single wrong values and wrong combinations, with or without an uncommented table of the example."""
+    """The cases are wrong values and wrong combinations, with or without an uncommented table of the example."""
     changes = [] if table is None else [it for it in uncommented(table) if not it[0].startswith(old.strip())]
     with pytest.raises(InputError, match=r"cell\.toml") as fault:
         read(tmp_path, (old, new), *changes, *([("output_bit = 8", "")] if new == BY_S[1] else []))
@@ -144,7 +144,7 @@ def pump(folder: Path, rows: str = "", head: str = HEAD) -> PumpTable:
 
 
 def test_the_commanded_pump_flow_is_corrected_only_within_the_weighed_range(tmp_path):
-    """Three pairs, 1 % to either side of their mean: s = sqrt(2) %, three degrees of freedom, t = 3.182."""
+    """Three pairs are 1 % off their mean, so that s = sqrt(2) %, with three degrees of freedom and t = 3.182."""
     table = pump(tmp_path)
     assert table.asked_for(np.array([0.0, 8.0, 40.0, 800.0])) == pytest.approx([0, 10, 50, 1000])
     assert table.error_95 == pytest.approx(3.182 * 0.01, rel=1e-3)
@@ -170,7 +170,7 @@ def test_a_faulty_pump_file_is_refused_with_the_reason(tmp_path, rows, says):
 
 @pytest.mark.parametrize(("off", "words"), [(0.01, []), (0.25, ["35%", "108%"])])
 def test_a_pump_with_large_scatter_gives_a_warning_with_the_error_in_percent(tmp_path, off, words):
-    """Two pairs, ``off`` to either side: s = sqrt(2) off, two degrees of freedom, so that the error is 4.303 off."""
+    """Two pairs are ``off`` to either side: s = sqrt(2) off, and with two degrees of freedom the error is 4.303 off."""
     path = place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, off))
     warnings = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
     assert len(warnings) == bool(words)

@@ -312,7 +312,7 @@ def test_every_response_has_the_security_headers(server, request_line):
 
 
 @pytest.mark.parametrize("sent", [b"\x16\x03\x01\x02\x00", b"\x00" * 5000, b"GET / HTTP/9.9\r\n\r\n", 0.5, 1.0])
-def test_garbage_and_broken_connections_do_not_stop_the_server(server, sent, capfd):
+def test_invalid_requests_and_broken_connections_do_not_stop_the_server(server, sent, capfd):
     """A number is the fraction of the request's head after which the client leaves; 1 is in the body."""
     head = _head_of_a_post(server, length=50)
     with _wire(server) as wire:

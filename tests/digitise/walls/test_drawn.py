@@ -161,7 +161,7 @@ def test_a_stroke_or_dot_moves_a_wall_to_the_other_side_of_a_band(request, photo
     assert any("strokes drawn by hand" in warning.text for warning in after.warnings)
 
 
-def test_a_doubtful_band_beside_the_crack_gives_a_warning_unless_a_stroke_decides(banded):
+def test_a_doubtful_band_gives_a_warning_unless_a_stroke_covers_the_band(banded):
     outline = traced(banded)
     low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
     share = 200 / 440

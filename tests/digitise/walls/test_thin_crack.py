@@ -146,7 +146,7 @@ def test_a_fit_to_blurred_profiles_gives_the_mean_width(width_px, within):
     assert fit.widths_px == pytest.approx(width_px * np.linspace(0.7, 1.3, 60), rel=0.15, abs=0.2)
 
 
-def test_the_width_interval_of_a_hairline_includes_its_unknown_darkness():
+def test_the_width_interval_of_a_hairline_includes_the_effect_of_its_unknown_darkness():
     """Even in a perfect profile, the darkness between 0.8 and 1 is unknown at 1.5 px; at 8 px the profile shows it."""
     for width_px, most in ((1.5, np.inf), (8, 0.03)):
         light, ground = profiles(np.full(60, float(width_px)), 0.9, 1.5, 2, noise=0.005)
