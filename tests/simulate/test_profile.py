@@ -108,7 +108,7 @@ def bias_mm(profile, level_of_s, trim_mm=2.0):
     [(straight(), 0.4, "flat"), (straight(30), 0.5, "gentle"), (bow(), 0.4, "steep"), (bow(), 0.5, "falling")],
     ids=["straight", "oblique", "bow", "bow over the face"],
 )
-def test_the_profile_of_a_particle_lattice_has_the_lattices_level(outline, radius_mm, level):
+def test_the_profile_of_a_particle_lattice_has_the_level_of_the_lattice(outline, radius_mm, level):
     """The largest error is 0.04 mm; by the upper edges of the pixels, levels would be 0.20 to 0.26 mm too high."""
     spacing_mm = (4 * np.sqrt(2)) ** (1 / 3) * 0.97 * radius_mm
     point = lattice(outline, LEVELS[level], spacing_mm, seed=int(100 * radius_mm))

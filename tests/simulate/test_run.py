@@ -246,7 +246,7 @@ def test_the_papers_trial_has_the_levels_of_the_prototype(tilt, preset):
 @pytest.mark.parametrize(
     ("tilt", "preset", "worst_mm"), [("flare", "accurate", 1.6), ("undercut", "accurate", 1.6), ("lean", "paper", 1.8)]
 )
-def test_the_papers_trial_has_about_the_published_levels_and_volumes(tilt, preset, worst_mm, viscosity_solve):
+def test_the_papers_trial_has_about_the_published_levels_and_expected_volume(tilt, preset, worst_mm, viscosity_solve):
     run, profile, ratio = trial(tilt, preset, viscosity_solve=viscosity_solve)
     assert run.escaped_particles == 0
     error_mm = np.abs(profile.level_mm - np.interp(profile.s_mm, *PROSE.T)).mean()

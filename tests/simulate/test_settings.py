@@ -50,7 +50,7 @@ def test_accurate_radius_mm_is_allowed_only_for_a_draft_with_a_given_radius(othe
         ({"radius_mm": "auto"}, 1.48, 3.0 / 8),
     ],
 )
-def test_an_automatic_radius_follows_from_crack_and_nozzle(solver, nozzle_mm, radius_mm):
+def test_an_automatic_particle_radius_follows_from_the_crack_and_the_nozzle(solver, nozzle_mm, radius_mm):
     crack, nozzle = slot(12.0, 3.0), Nozzle(diameter_mm=nozzle_mm)
     poured = sample_of(crack, path(crack[1], 0.1))
     _, chosen = resolved(poured, sealant(viscosity_pa_s=0.3), Solver.model_validate(solver), nozzle)

@@ -35,7 +35,7 @@ def test_neighbour_lists_agree_with_a_kd_tree_search():
         assert sorted(near) == sorted(walls[i])
 
 
-def test_an_overflow_of_neighbour_lists_names_the_first_affected_particle():
+def test_the_fault_of_an_overflowing_neighbour_list_names_the_first_affected_particle():
     crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
     engine = engine_with(crowd, slot())
     engine.find_neighbours()
