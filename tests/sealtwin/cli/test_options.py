@@ -102,7 +102,7 @@ def test_a_setting_that_is_given_twice_is_refused(options, others):
         ("path.volume_ml=1,000", "settings of this call: path.volume_ml = '1,000'"),
     ],
 )
-def test_the_set_option_checks_a_setting_like_a_trial_file_does(tmp_path, setting, named):
+def test_settings_of_the_set_option_are_checked_like_those_of_a_trial_file(tmp_path, setting, named):
     answer = sealtwin("digitise", FIXTURE / "trial.toml", "--out", tmp_path / "run", "--set", setting)
     assert answer.exit_code == 3
     assert named in answer.stderr

@@ -59,7 +59,7 @@ def test_a_crack_has_the_same_size_after_dxf_export_and_import(run, tmp_path):
         assert (folder / "trial.toml").is_file()
 
 
-def test_the_export_command_refuses_equal_run_names_other_folders_and_existing_files(run, tmp_path):
+def test_the_export_command_refuses_equal_run_names_foreign_folders_and_existing_files(run, tmp_path):
     twin, mine = shutil.copytree(run, tmp_path / "twin"), tmp_path / "mine"
     mine.mkdir()
     (mine / "coco.json").write_text("mine")

@@ -125,7 +125,7 @@ def test_repeating_an_interrupted_ingest_completes_the_lab(small, two, tmp_path,
     assert sorted(path.name for path in lab.iterdir()) == sorted(path.name for path in unbroken.iterdir())
 
 
-def test_a_bug_in_one_sample_does_not_stop_other_samples(small, tmp_path, monkeypatch):
+def test_a_bug_in_one_sample_does_not_stop_the_ingest_of_other_samples(small, tmp_path, monkeypatch):
     real = steps.prepare
 
     def burst(prepared):

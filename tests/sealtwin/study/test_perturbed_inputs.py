@@ -104,7 +104,7 @@ def test_randomly_drawn_yield_stresses_and_viscosities_are_not_negative(fast):
     perturbed_inputs.level_of(base, steps, np.zeros(1))
 
 
-def test_a_wall_share_of_1_is_moved_down_and_not_up(fast):
+def test_a_wall_share_of_1_is_varied_only_downward(fast):
     """Paste that slides on the walls levels out further."""
     base = base_of(fast, wall_share=0.2)
     s_mm = np.linspace(0, base.sample.outline.length_mm, 101)
@@ -164,7 +164,7 @@ def test_an_impossible_draw_is_reported_with_its_inputs(fast):
     ("model", "declared", "unfit", "drawn"),
     [(None, None, (), True), (None, None, UNFIT, False), (None, "particles", (), False), ("slot", None, UNFIT, True)],
 )
-def test_draws_use_the_fast_model_within_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
+def test_input_draws_use_the_fast_model_in_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
     monkeypatch.setattr(perturbed_inputs, "fast_level", lambda _: (None, unfit))
     base = base_of(fast)
     assert takes_draws(replace(base, trial=base.changed({"solver.model": model, DIFFERENCES: declared}))) is drawn

@@ -116,7 +116,7 @@ def test_a_map_of_a_missing_too_small_or_edited_study_is_refused(done, tmp_path)
         mapped_without_fills(done)
 
 
-def test_a_map_of_other_readings_needs_their_origin(done, lab, tmp_path):
+def test_a_map_of_other_readings_requires_the_origin_of_the_readings(done, lab, tmp_path):
     """The study's own sheet is recognised by its content under any name."""
     same = tmp_path / "same.csv"
     shutil.copyfile(lab.parent / "readings.csv", same)

@@ -60,7 +60,7 @@ def test_only_lost_edited_or_incomplete_results_are_computed_again(lab, unbroken
     assert not list(done.glob("runs/*/.*"))
 
 
-def test_a_study_with_changed_values_keeps_its_finished_runs(done, tmp_path, lab):
+def test_a_study_with_changed_values_reuses_its_finished_runs(done, tmp_path, lab):
     more = tiny_lab(tmp_path / "lab", '[grid]\n"fluid.U" = [1.0, 3.0, 300.0]\n"fluid.D_cm" = [0.3]\n')
     for study, states in ((more, ["waiting", "done", "done"]), (lab, ["done"] * 4)):
         sweep(study, done, replace(HERE, dry_run=True), Progress())
@@ -191,7 +191,7 @@ def _status(out):
     return json.loads(answer.stdout)
 
 
-def test_wrong_arguments_of_sweep_exit_with_2_and_missing_files_with_3(tmp_path, lab):
+def test_wrong_arguments_of_sweep_give_exit_code_2_and_missing_files_exit_code_3(tmp_path, lab):
     for arguments, code in (
         ((), 2),
         (("--example", tmp_path / "mine.toml"), 0),

@@ -82,7 +82,7 @@ def no_figures(monkeypatch):
     leave_out_figures(monkeypatch)
 
 
-def test_the_run_command_writes_all_files_and_answers_with_the_result(unbroken):
+def test_the_run_command_writes_all_files_and_prints_the_result(unbroken):
     _, run, answer = unbroken
     assert _files(run).keys() == LEFT
     result, report = read_result(run), json.loads((run / "report.json").read_text(encoding="utf-8"))

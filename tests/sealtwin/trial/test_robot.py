@@ -189,7 +189,7 @@ def test_a_new_path_removes_the_robot_programs_of_the_old_path(run, cell):
     assert "robot" not in files.read_json(run / "manifest.json")["stages"]
 
 
-def test_the_robot_command_with_example_writes_a_cell_file_and_takes_no_run_folder(tmp_path, run):
+def test_the_example_option_of_robot_writes_a_cell_file_without_a_run_folder(tmp_path, run):
     answer = sealtwin("robot", "--example", tmp_path / "mine.toml")
     assert answer.exit_code == 0
     assert (tmp_path / "mine.toml").read_text() == CELL.replace("{file}", "mine.toml")

@@ -73,7 +73,7 @@ def test_all_faults_of_a_trial_file_are_listed_together(tmp_path):
     assert len(str(fault.value).splitlines()) == 2
 
 
-def test_a_missing_file_a_device_and_a_folder_are_refused_as_trials(tmp_path):
+def test_a_missing_file_a_device_and_a_folder_are_refused_as_trial_files(tmp_path):
     (tmp_path / "zero.toml").symlink_to("/dev/zero")
     for name, named in (("none.toml", "no such file"), ("zero.toml", "no such file"), ("", "a folder; give")):
         with pytest.raises(InputError, match=named):
@@ -190,7 +190,7 @@ def trial_of(fluid: dict[str, Any], **solver: Any) -> Trial:
     "fluid",
     [{"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0}, {"viscosity_pa_s": 0.3}, {"viscosity_pa_s": 2.0, "D_cm": 0.1}],
 )
-def test_a_draft_keeps_the_viscosity_and_the_drag_of_the_trial(fluid):
+def test_a_draft_has_the_viscosity_and_the_drag_of_the_trial(fluid):
     sample, trial = poured(), trial_of(fluid, radius_mm=0.4)
     draft = drafted(trial, sample)
     assert draft.solver.preset == "draft"
