@@ -13,7 +13,7 @@ from tests.support.levels import PROSE, STATIONS, compared, curves, measured, pr
 
 @settings(max_examples=4, deadline=None)
 @given(curves(), curves())
-def test_every_metric_agrees_with_a_fine_grid(a, b):
+def test_every_metric_agrees_with_a_numerical_integral_on_a_fine_grid(a, b):
     """Midpoints of 2,000 cells in each stretch between two stations: no kink is inside a cell, however short it is.
 
     In a stretch |E| passes a limit twice at most and 0 once, so no share is off by more than 2 in 2,000 and no mean of

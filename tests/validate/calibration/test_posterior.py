@@ -133,7 +133,7 @@ def test_the_prior_of_a_setting_is_flat_unless_the_setting_was_measured():
     assert mean == pytest.approx(20.0, rel=1e-3)
 
 
-def test_the_best_determined_combination_of_two_settings_is_their_sum():
+def test_the_best_determined_combination_of_two_confounded_settings_is_their_sum():
     best, *_, worst = combinations_of(FREES, _draws())
     assert np.abs(best.parts) == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0], abs=0.02)
     assert best.parts[0] * best.parts[1] > 0

@@ -24,7 +24,7 @@ def compare(runs, readings):
     return tuple(hold(run, readings, axes) for run in runs), axes
 
 
-def test_a_constant_offset_of_the_level_is_its_mean_error_and_its_bias():
+def test_a_constant_offset_of_the_level_is_the_mean_error_and_the_bias():
     """The tolerance of 1e-9 mm is rounding over 400 pieces."""
     chart = make_chart()
     expected = [error_mm(*run.values) for run in chart.runs]
@@ -91,7 +91,7 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
     return replace(run, mean_error_mm=error_mm, profile=replace(run.profile, level_mm=level_mm))
 
 
-def test_the_chosen_runs_include_the_corners_of_the_map_and_the_best():
+def test_the_chosen_runs_include_the_corners_of_the_map_and_the_best_run():
     chart = make_chart()
     places = {run.values for run in chosen_few(chart)}
     assert {(U[0], D_CM[0]), (U[-1], D_CM[0]), (U[0], D_CM[-1]), (U[-1], D_CM[-1]), BEST} <= places

@@ -116,7 +116,7 @@ def test_temperature_and_humidity_are_averaged_over_the_stations_that_are_used(r
     assert brief(profile.questions) == asked
 
 
-def test_words_behind_a_temperature_give_a_question(read):
+def test_words_after_a_temperature_give_a_question(read):
     with pytest.raises(SheetFaults, match=r"does this change the readings.*C2 '20 alles in cm'"):
         read(CELLS_OF.format("Temp. [°C]", "20 alles in cm", "22"), columns={"skip": [4]}, decimal="comma")
 

@@ -105,7 +105,7 @@ def test_the_labels_of_the_first_page_name_faults_and_unmeasured_data(evidence, 
     assert "UNFIT" in unfit["Check first:"]
 
 
-def test_no_verdict_is_given_for_fast_models_escaped_particles_or_edited_files(evidence):
+def test_no_verdict_is_given_for_the_fast_model_escaped_particles_or_edited_files(evidence):
     fast = first_page(replace(judged(evidence), run=replace(evidence.run, fast_fill=FAST_FILL)))
     assert (fast.state, fast.tiles[3].figure) == ("○ Fast model: no verdict", "Fast model")
     assert "is for screening, is 0.50 mm off" in fast.verdict
