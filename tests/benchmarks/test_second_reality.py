@@ -51,8 +51,8 @@ def settled(depth: Floats, seconds: float, yield_pa: float, law_of: law.Law) -> 
 
 
 @pytest.mark.slow  # Compiles for some seconds.
-def test_a_front_between_walls_spreads_as_the_barenblatt_solution():
-    """In units of 4 mm and its own time, h = t^-1/3 (1 - x^2 / (6 t^2/3)) solves h_t = (h h_x)_x; from 1 to 8."""
+def test_a_front_between_walls_spreads_as_in_the_barenblatt_solution():
+    """The profile h = t^-1/3 (1 - x^2 / (6 t^2/3)) solves h_t = (h h_x)_x; x is in 4 mm, and t runs from 1 to 8."""
     own_s = 0.3 * 12 / (WIDTH**2 * WEIGHT)
     before = 4e-3 * np.maximum(1 - (X / 4e-3) ** 2 / 6, 0.0)
     after = settled(before, 7 * own_s * 4e-3, 0.0, law.closed_law(walls=True, floor=False))

@@ -48,7 +48,7 @@ def test_the_true_outline_has_no_tracing_error(truth, photo, traced):
     assert (figures.width_percent, figures.length_percent) == pytest.approx((0, 0), abs=1e-9)
 
 
-def test_a_shift_and_a_stretch_are_measured_at_their_true_size(truth, photo, traced):
+def test_a_shift_and_a_stretch_of_an_outline_are_measured_at_their_true_size(truth, photo, traced):
     """The crack runs 30 degrees to x, so that 0.2 mm along y are 0.17 mm across it."""
     aside = measured(moved(truth, traced, np.array([0.0, 0.2])), photo, truth)
     assert aside.centreline_mm == pytest.approx(0.2 * np.cos(np.radians(30)), rel=0.05)
