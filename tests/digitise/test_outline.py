@@ -122,7 +122,7 @@ def test_a_given_mean_width_scales_all_widths(paper, paper_photo, paper_outline)
     assert more_mm2 == pytest.approx((4.0 - paper_outline.mean_width_mm) * paper_outline.length_mm, rel=0.02)
 
 
-def test_walls_are_complete_up_to_the_oblique_ends_of_a_crack(tmp_path):
+def test_traced_walls_are_complete_up_to_the_oblique_ends_of_a_crack(tmp_path):
     """Tolerance: 0.15 mm. Measured: 0.02 to 0.06; with rays square to the centreline alone 0.12 to 0.19.
 
     The opening of an oblique end is twice as wide as the crack; it is no width, also not after reading a file.

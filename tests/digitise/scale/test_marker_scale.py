@@ -102,7 +102,7 @@ def test_markers_off_the_face_plane_or_printed_too_small_raise_the_scale_uncerta
     assert mended.scale_uncertainty == pytest.approx(BOARD_MM * grown / 100, rel=0.2)
 
 
-def test_an_unchecked_print_of_markers_adds_scale_uncertainty_and_gives_a_warning(bent, load):
+def test_an_unchecked_print_of_markers_adds_scale_uncertainty_with_a_warning(bent, load):
     """Without a face or a ruler to compare with, a frame printed at 97 % gives lengths that are 3 % off."""
     by_ruler = MarkerBoard(**bent.board.model_dump() | {"printed_ruler_mm": 100.0})
     for board, least, most in ((bent.board, PRINT, 1.01 * PRINT), (by_ruler, BOARD_MM / 100, 1.5 * BOARD_MM / 100)):

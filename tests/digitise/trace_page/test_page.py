@@ -321,7 +321,7 @@ def test_invalid_requests_and_broken_connections_do_not_stop_the_server(server, 
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_a_bug_prints_its_traceback_and_does_not_stop_the_server(server, capfd):
+def test_a_bug_prints_its_traceback_without_stopping_the_server(server, capfd):
     with pytest.raises((http.client.HTTPException, ConnectionError)):
         _ask(server, "POST", "bug", b"{}")
     assert _ask(server)[0] == 200
