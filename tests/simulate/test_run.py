@@ -72,7 +72,7 @@ def test_very_viscous_sealant_does_not_collapse_under_the_nozzle(fluid, solver):
     ],
     ids=["a collapse", "a speed", "a density"],
 )
-def test_a_numerical_fault_stops_the_run_and_names_particle_time_and_position(
+def test_the_error_for_a_numerical_fault_names_particle_time_and_position(
     monkeypatch, limit, value, fluid, volume_ml, solver, says
 ):
     if limit:
