@@ -50,7 +50,7 @@ def test_importing_sealtwin_or_printing_help_loads_no_heavy_library():
 
 
 @pytest.mark.parametrize("name", st.__all__)
-def test_every_public_name_is_documented_with_at_most_6_positional_arguments(name):
+def test_every_public_function_is_documented_and_has_at_most_6_positional_arguments(name):
     lines = (inspect.getdoc(getattr(st, name)) or "").splitlines()
     assert len(" ".join(lines).split()) >= 3
     if inspect.isclass(getattr(st, name)):

@@ -159,7 +159,7 @@ def test_the_quick_command_assumes_no_setting_that_is_given(lab):
     assert 'tilt = "vertical"\n' in text
 
 
-def test_the_set_option_applies_to_all_runs_and_is_refused_for_varied_settings(lab):
+def test_the_set_option_of_sweep_is_accepted_only_for_settings_that_do_not_vary(lab):
     line = ("sweep", lab / "study.toml", "--out", lab / "out", "--device", "cpu", "--dry-run", "--set")
     assert sealtwin(*line, "nozzle.diameter_mm=1.9").exit_code == 0
     runs = json.loads((lab / "out" / "plan.json").read_text())["runs"]

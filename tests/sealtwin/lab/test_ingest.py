@@ -48,7 +48,7 @@ def test_ten_samples_in_different_dialects_become_ten_trials(sound):
     assert (rows_of(lab), hashes_of(lab) | {CATALOGUE: ""}) == (rows, in_lab | {CATALOGUE: ""})
 
 
-def test_every_planted_fault_is_reported_and_other_samples_are_ingested(tmp_path):
+def test_every_planted_fault_is_reported_without_stopping_other_samples(tmp_path):
     folder = make_lab_folder(tmp_path / "folder")
     for fault in FAULTS:
         fault.plant(folder)

@@ -105,7 +105,7 @@ def test_a_number_in_photos_csv_chooses_between_competing_cracks(tmp_path):
         pytest.param(("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png"), "a-x-2", id="a suffixed name that exists"),
     ],
 )
-def test_each_photo_has_its_own_folder(tmp_path, photos, last):
+def test_each_photo_of_a_batch_has_its_own_folder(tmp_path, photos, last):
     names = [item.name for item in plan([tmp_path / photo for photo in photos], GIVEN)]
     assert len({name.casefold() for name in names}) == 4
     assert names[3] == last
@@ -121,7 +121,7 @@ def test_masks_of_trials_and_hidden_files_are_not_taken_for_photos(tmp_path):
         assert [item.file.name for item in plan([path], GIVEN)] == names
 
 
-def test_a_bug_in_one_photo_is_reported_and_other_photos_are_digitised(tmp_path, lab, monkeypatch):
+def test_a_bug_in_one_photo_is_reported_without_stopping_other_photos(tmp_path, lab, monkeypatch):
     real = batch.run_stages
 
     def burst(job, stages):

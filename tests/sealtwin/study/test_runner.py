@@ -57,7 +57,7 @@ def scheduler():
         yield cluster.scheduler_address
 
 
-def test_a_cluster_gives_the_same_results_as_this_machine(lab, unbroken, tmp_path, scheduler):
+def test_a_cluster_gives_the_same_results_as_the_local_machine(lab, unbroken, tmp_path, scheduler):
     answer = sealtwin(
         "sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--accurate", "--scheduler", scheduler, "--quiet"
     )
@@ -106,7 +106,7 @@ def test_a_study_by_the_fast_model_is_marked_as_screening_in_all_outputs(tmp_pat
     assert map_page(chart, []).cautions[0] == swept["screening"]
 
 
-def test_progress_advances_during_a_run_and_counts_all_runs(monkeypatch):
+def test_progress_of_a_study_advances_during_each_run(monkeypatch):
     """A first run of eleven minutes once showed only the word "Running"."""
     monkeypatch.setattr(runner, "SHOWN_EVERY_S", 0.02)
     steps, began_s = list[tuple[float, int]](), time.monotonic()

@@ -115,7 +115,7 @@ def test_runs_with_the_explicit_viscosity_solver_are_launched_one_by_one(fresh, 
     assert [type(outcome) for outcome in outcomes] == [runner.Sealing] * 2
 
 
-def test_a_failed_run_is_reported_with_its_reason_and_other_runs_finish(lab, fresh, unbroken, monkeypatch):
+def test_a_failed_run_is_reported_with_its_reason_without_stopping_other_runs(lab, fresh, unbroken, monkeypatch):
     """One run diverges and one meets a bug, in one launch with the two other runs."""
     seal = runner._seal
 
@@ -148,7 +148,7 @@ def test_a_failed_run_is_reported_with_its_reason_and_other_runs_finish(lab, fre
     assert results_of(fresh) == expected
 
 
-def test_a_run_with_particles_outside_the_walls_has_no_figures(fresh, monkeypatch):
+def test_a_run_whose_particles_went_through_a_wall_fails_without_results(fresh, monkeypatch):
     outcomes = Injection.outcomes
 
     def escaping(self):

@@ -80,7 +80,7 @@ def test_a_missing_file_a_device_and_a_folder_are_refused_as_trial_files(tmp_pat
             load_trial(tmp_path / name)
 
 
-def test_the_starter_trial_is_valid_and_overwrites_no_file(tmp_path):
+def test_a_valid_starter_trial_is_written_but_overwrites_no_file(tmp_path):
     """The paste has the values that a rheometer measures, and the readings name the sheet."""
     trial_file, sheet = write_starter(tmp_path / "new")
     trial = load_trial(trial_file)

@@ -89,7 +89,7 @@ def test_a_doubtful_reading_gives_a_warning_until_the_trial_confirms_the_cell(ru
     assert "cell C3" not in _warnings(run)
 
 
-def test_readings_are_compared_with_the_volume_only_if_the_volume_is_given(run):
+def test_readings_are_compared_with_the_dispensed_volume_only_if_the_volume_is_given(run):
     """By default the volume is that of the cavity, and the dispensed volume is then unknown."""
     (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
     with job_in(run) as job:
