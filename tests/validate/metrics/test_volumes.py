@@ -136,7 +136,7 @@ def whole_mm3(cavity: CavityByLevel, level_mm: float = 0.0) -> Floats:
     ],
     ids=["flare with tips", "stone", "side crack"],
 )
-def test_volumes_of_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, depth_mm):
+def test_volumes_of_stretches_add_up_to_the_volume_of_the_cavity(outline, tilt, angle_deg, depth_mm):
     """The tolerance is 0.2 %, since rising floors cross layers of 0.25 mm."""
     solid = built(outline, depth_mm, tilt, angle_deg)
     assert whole_mm3(cavity_by_level(outline, solid)).sum() == pytest.approx(solid.cavity_volume_mm3, rel=2e-3)

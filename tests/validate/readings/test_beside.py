@@ -84,7 +84,7 @@ def test_long_texts_are_checked_within_two_seconds():
 
 
 @pytest.mark.parametrize(("names", "change"), [(SHEETS, False), (SHEETS_WITH_A_CHANGE, True)])
-def test_changes_in_names_of_sheets_and_files_are_recognised(names, change):
+def test_names_of_sheets_and_files_that_state_a_change_of_readings_are_recognised(names, change):
     assert [name for name in names.split("|") if changes(name) is not change] == []
 
 

@@ -83,7 +83,7 @@ def test_a_missed_limit_is_explained_by_offset_or_shape_with_a_remedy(evidence):
     ],
     ids=["at a reading", "between", "nowhere"],
 )
-def test_the_largest_error_is_named_at_and_between_readings(evidence, change_mm, words):
+def test_the_first_page_names_the_largest_error_at_and_between_readings(evidence, change_mm, words):
     """Broken on purpose, only the largest error at a reading is named."""
     level = replace(evidence.profile, level_mm=evidence.profile.level_mm + change_mm(evidence.profile.s_mm))
     assert re.search(words, first_page(judged(replace(evidence, profile=level))).lead[1])
