@@ -17,7 +17,7 @@ from benchmarks.table import Row, finish
         ((0.0, 0.0), "0"),
     ],
 )
-def test_a_target_states_its_bounds_and_is_missed_outside_the_bounds(bounds, target):
+def test_a_target_is_missed_outside_of_its_stated_bounds(bounds, target):
     low, high = bounds
     assert Row("figure", low, "", *bounds).target == target
     below, above = Row("figure", low - 1, "", *bounds), Row("figure", high + 1, "", *bounds)
