@@ -21,7 +21,7 @@ def test_each_package_is_imported_from_this_checkout_and_is_typed(name):
     assert (ROOT / name / "py.typed").is_file()
 
 
-def test_constraints_pin_every_dependency_by_version_and_none_by_address():
+def test_constraints_pin_every_dependency_by_version_and_not_by_address():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = [*project["dependencies"], *chain.from_iterable(project["optional-dependencies"].values())]
     lines = (ROOT / "constraints.txt").read_text().splitlines()

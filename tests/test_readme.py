@@ -45,7 +45,7 @@ def test_every_file_and_folder_named_in_the_readme_exists():
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if _sealtwin_commands(page)])
-def test_every_sealtwin_command_on_a_page_parses(page):
+def test_every_sealtwin_command_on_a_page_is_valid(page):
     """Each command and option exists, and takes as many values as it is given."""
     every = commands()
     for line in _sealtwin_commands(page):

@@ -40,7 +40,7 @@ def test_all_commands_print_the_output_shown_on_their_page(page, tmp_path):
 
 
 @pytest.mark.parametrize(("old", "new"), [("cavity", "Cavity"), ("12,894", "13,152")])
-def test_a_changed_word_or_number_of_an_output_is_a_difference(old, new):
+def test_a_changed_word_or_number_of_an_output_is_reported_as_a_difference(old, new):
     shown = [line.replace(old, new) for line in PRINTED]
     assert rewritten(shown, PRINTED) == PRINTED
     assert rewritten(["...", *shown[:1], "...", *shown[2:]], PRINTED) == ["...", PRINTED[0], "...", *PRINTED[2:]]
@@ -54,7 +54,7 @@ def test_a_changed_word_or_number_of_an_output_is_a_difference(old, new):
         ("read /tmp/a1/run of hash 3fa9c1d07b on 2026-11-26", "read /tmp/b2/c/run of hash 00ffab1290 on 2027-01-02"),
     ],
 )
-def test_times_machines_and_1_percent_of_a_number_are_no_difference(one, other):
+def test_times_machines_and_deviations_of_1_percent_are_ignored(one, other):
     assert agree(one, other)
     assert rewritten([one], [other]) == [one]
     assert not agree("4 mm/s", "5 mm/s"), "a speed is no fact of the machine"

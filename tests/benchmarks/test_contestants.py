@@ -1,4 +1,4 @@
-"""The program that a substep is timed against still takes the same step."""
+"""The C++ program with which the benchmark compares the time of a substep computes the same substep."""
 
 import numpy as np
 import pytest
@@ -10,10 +10,10 @@ FEW = 600
 
 
 @pytest.mark.skipif(not has_compiler(), reason="no g++ on this machine")
-def test_the_cpp_program_computes_the_same_substeps_of_paste():
-    """Rounding alone parts them by 2e-5 of the way, and may cost an iteration of the viscosity.
+def test_the_cpp_program_computes_the_same_substeps_of_paste_as_the_solver():
+    """Rounding alone makes positions differ by 2e-5 of the distance moved, and may cost an iteration of the viscosity.
 
-    Without the pressure that is carried over they part by 0.06 of it, with a viscosity 4 % off by 0.02.
+    Without carried-over pressure they differ by 0.06 of the distance, and with a viscosity 4 % off by 0.02.
     """
     ours = PasteFrame(paste_after(FLOWING, FEW), FLOWING)
     theirs = in_cpp(ours.engine)

@@ -1,4 +1,4 @@
-"""The measuring of a GPU, on a machine that has none."""
+"""Measurements on a GPU are refused on a machine without a GPU."""
 
 import pytest
 

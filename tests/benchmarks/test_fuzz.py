@@ -1,4 +1,4 @@
-"""The benchmark of mutated inputs finds what it is there to find."""
+"""The benchmark of mutated inputs classifies how commands end."""
 
 import os
 import time

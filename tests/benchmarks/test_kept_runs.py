@@ -1,4 +1,4 @@
-"""Kept results of particle runs: which solver computed them, and that no other one's are judged."""
+"""Stored results of particle runs are judged only if they were computed by the present solver."""
 
 import importlib
 
@@ -14,7 +14,7 @@ JUDGES = ("calibration", "slot", "blind_own_band")
 
 @pytest.mark.parametrize("name", JUDGES)
 def test_a_benchmark_refuses_stored_results_of_another_solver(name, monkeypatch, capsys):
-    """It ends with one sentence, which names the command that computes them anew, and prints no figure."""
+    """The benchmark ends with a sentence that names the command to compute them again, and prints no figure."""
     monkeypatch.setitem(PARTS, "simulate", 999)
     with pytest.raises(SystemExit) as left:
         importlib.import_module(f"benchmarks.{name}").main()
@@ -25,6 +25,6 @@ def test_a_benchmark_refuses_stored_results_of_another_solver(name, monkeypatch,
 
 
 @pytest.mark.parametrize("kept", KEPT, ids=lambda kept: kept.path.name)
-def test_each_stored_result_records_its_stage_versions(kept):
+def test_each_stored_result_records_the_numbers_of_its_stages(kept):
     assert kept.path.exists()
     assert set(read_json(kept.path.with_suffix(".json"))) == set(kept.stages)

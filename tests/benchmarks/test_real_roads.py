@@ -1,4 +1,4 @@
-"""The rules by which lines on real photos are judged: on a drawn mask, each verdict is what its words promise."""
+"""Rules for judging lines that were traced on real photos, tested on a drawn mask."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The record of all benchmarks: which changes of the code make it run one again."""
+"""Changes of the code after which the record of all benchmarks requires a benchmark to run again."""
 
 import subprocess
 
@@ -38,7 +38,7 @@ FOLLOWS = (
 
 
 @pytest.mark.parametrize(("name", "follows"), FOLLOWS)
-def test_the_code_hash_of_a_benchmark_changes_with_its_imports_and_inputs(checkout, name, follows):
+def test_the_code_hash_of_a_benchmark_changes_only_with_its_imports_and_inputs(checkout, name, follows):
     root = checkout(*(name for name, _ in FOLLOWS))
     before = code_sha256(root, "-m benchmarks.solids")
     (root / name).write_text("2")

@@ -1,4 +1,4 @@
-"""The second reality: closed forms, its kept tables, and what a full crack spills."""
+"""The second model of a pour, compared with closed forms and its stored tables, and its spilled sealant."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ COARSE = Numerics(cell_mm=1.5, settle_s=5.0)
 
 @pytest.mark.parametrize("case", law.LAWS)
 def test_stored_flow_tables_equal_the_computed_flow_of_a_section(case):
-    """At a node, deep enough that walls and floor both matter; the kept numbers have six decimals."""
+    """The node is deep enough that walls and floor both matter; the stored numbers have six decimals."""
     exponent, share, friction = case
     depth, narrowing, part = law.DEPTHS[3], law.NARROWINGS[4], law.YIELDS[2]
     yields = np.array([0.0, part]) / yield_gradient(depth, narrowing, share, share)
@@ -31,7 +31,7 @@ def test_stored_flow_tables_equal_the_computed_flow_of_a_section(case):
 
 
 def test_the_flow_of_liquid_in_a_duct_equals_the_series_solution():
-    """Width and depth 1, its lower half: the series of White (2006, eq. 3-48)."""
+    """The section, 1 wide and 1 deep, is the lower half of a duct with the series of White (2006, eq. 3-48)."""
     odd = np.arange(1, 200, 2)
     duct = 1 / 12 * (1 - 96 / np.pi**5 * np.sum(np.tanh(odd * np.pi) / odd**5))
     assert flows(Section(1.0, 0.0), np.zeros(1), 1.0, Solid())[0] == pytest.approx(duct, rel=5e-3)
@@ -51,8 +51,8 @@ def settled(depth: Floats, seconds: float, yield_pa: float, law_of: law.Law) -> 
 
 
 @pytest.mark.slow  # Compiles for some seconds.
-def test_a_front_between_walls_spreads_as_the_barenblatt_solution():
-    """In units of 4 mm and its own time, h = t^-1/3 (1 - x^2 / (6 t^2/3)) solves h_t = (h h_x)_x; from 1 to 8."""
+def test_a_front_between_walls_spreads_as_in_the_barenblatt_solution():
+    """The profile h = t^-1/3 (1 - x^2 / (6 t^2/3)) solves h_t = (h h_x)_x; x is in 4 mm, and t runs from 1 to 8."""
     own_s = 0.3 * 12 / (WIDTH**2 * WEIGHT)
     before = 4e-3 * np.maximum(1 - (X / 4e-3) ** 2 / 6, 0.0)
     after = settled(before, 7 * own_s * 4e-3, 0.0, law.closed_law(walls=True, floor=False))

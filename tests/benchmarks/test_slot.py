@@ -1,4 +1,4 @@
-"""The slots of the fast model's judgement: the draw that the stored runs of particles belong to."""
+"""Slots on which the fast model is judged, and their stored particle runs."""
 
 import csv
 
@@ -16,7 +16,7 @@ def kept_of_any_number(monkeypatch):
 
 
 def test_the_drawn_slots_are_an_unchanged_latin_hypercube():
-    """Regression only: another draw would make the stored runs those of other slots."""
+    """The numbers are a regression only: with another draw, the stored runs would belong to other slots."""
     cases = drawn()
     assert cases[0] == Case(5.743, 16.12, 6.987, 14.84, 0.05157, 1.056, 4.294)
     for name in Case.__dataclass_fields__:

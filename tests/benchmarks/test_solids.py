@@ -1,4 +1,4 @@
-"""The judge of solids and its cracks: every kind is what it says, a sound solid passes, and an unsound one does not."""
+"""The benchmark of solids accepts a valid solid and detects faults."""
 
 from dataclasses import replace
 
@@ -39,8 +39,8 @@ def test_solid_checks_detect_a_hole_a_wrong_volume_and_a_missing_island():
     assert "Euler number is 0, not 2" in faults_of_the_cavity(standing, without)[0]
 
 
-def test_a_refused_crack_counts_as_a_failure_in_the_table():
-    """In the table a crack of which nothing was made counts as unsound, and has no other figures."""
+def test_a_refused_crack_is_counted_as_a_failure_in_the_table():
+    """A crack without a solid is counted as unsound and has no other figures."""
     good = Built("plain", 0, "flare", (), 0.002)
     table = {row.name: row for row in rows([good, Built("plain", 1, "flare", ("no crack",))])}
     assert (table["flare: sound, of 2"].value, table["flare: sound, of 2"].met) == (1, False)

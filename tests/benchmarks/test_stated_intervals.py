@@ -1,4 +1,4 @@
-"""What benchmarks/stated_intervals.py prints is the coverage of the intervals that a report states."""
+"""Coverage of the intervals that a report states, as computed by benchmarks/stated_intervals.py."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ CHANCE = 3 * np.sqrt(0.92 * 0.08 / DRAWS)
 JUDGED, BEYOND = "numerics off by 0.3 mm, order 0.5", "numerics off by 1 mm, order 0.5"
 
 
-def test_intervals_contain_the_truth_despite_numerical_errors_within_the_target():
+def test_stated_intervals_reach_the_target_coverage_despite_numerical_errors():
     judged, reported = (next(one for one in NUMERICS if one.name == name) for name in (JUDGED, BEYOND))
     level, station, width = numerics_rows(judged, DRAWS, seed=1)
     assert min(level.value, station.value) > 100 * (0.92 - CHANCE)

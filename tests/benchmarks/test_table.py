@@ -1,4 +1,4 @@
-"""The end of every benchmark: what is a target, and which count and exit code a table ends with."""
+"""Targets of benchmark rows, and the count and exit code with which a table ends."""
 
 from math import inf, nan
 
@@ -17,7 +17,7 @@ from benchmarks.table import Row, finish
         ((0.0, 0.0), "0"),
     ],
 )
-def test_a_target_states_its_bounds_and_is_missed_outside_of_the_bounds(bounds, target):
+def test_a_target_is_missed_outside_of_its_stated_bounds(bounds, target):
     low, high = bounds
     assert Row("figure", low, "", *bounds).target == target
     below, above = Row("figure", low - 1, "", *bounds), Row("figure", high + 1, "", *bounds)
@@ -33,7 +33,7 @@ def test_a_benchmark_row_that_cannot_fail_is_reported_and_not_judged(bounds):
 
 
 @pytest.mark.parametrize(("value", "summary", "code"), [(1.0, "1 of 1 targets met", 0), (3.0, "0 of 1 targets met", 1)])
-def test_reported_rows_do_not_count_as_targets(value, summary, code, capsys):
+def test_reported_rows_of_a_table_are_not_counted_as_targets(value, summary, code, capsys):
     with pytest.raises(SystemExit) as left:
         finish([Row("judged", value, "", 0, 2), Row("reported", 5.0, "ms"), Row("no number", nan, "ms")])
     assert left.value.code == code

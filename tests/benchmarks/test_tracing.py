@@ -1,4 +1,4 @@
-"""The judge of tracing: a truth scores nothing, and an error scores itself."""
+"""Errors of a traced outline, as measured by the benchmark of tracing."""
 
 from dataclasses import replace
 
@@ -42,13 +42,13 @@ def moved(truth: Specimen, traced: Outline, by: Floats, stretch: float = 1.0) ->
 
 
 def test_the_true_outline_has_no_tracing_error(truth, photo, traced):
-    """Points of the true line stand 1 um from the nearest place on it: see distance_mm."""
+    """Points of the true line are up to 1 um away from the line by the method of distance_mm."""
     figures = measured(moved(truth, traced, np.zeros(2)), photo, truth)
     assert (figures.centreline_mm, figures.wall_mm) == pytest.approx((0, 0), abs=1e-3)
     assert (figures.width_percent, figures.length_percent) == pytest.approx((0, 0), abs=1e-9)
 
 
-def test_a_shift_and_a_stretch_are_measured_at_their_true_size(truth, photo, traced):
+def test_a_shift_and_a_stretch_of_an_outline_are_measured_at_their_true_size(truth, photo, traced):
     """The crack runs 30 degrees to x, so that 0.2 mm along y are 0.17 mm across it."""
     aside = measured(moved(truth, traced, np.array([0.0, 0.2])), photo, truth)
     assert aside.centreline_mm == pytest.approx(0.2 * np.cos(np.radians(30)), rel=0.05)

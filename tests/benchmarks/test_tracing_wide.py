@@ -1,4 +1,4 @@
-"""The obvious cracks that tracing is judged by: their truth is what is drawn, and they are what the text promises."""
+"""Clear, wide cracks of the benchmark of tracing, and their true outlines."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def pair():
 
 
 def test_the_drawn_crack_covers_its_true_area(pair):
-    """Counted at half the contrast, 2 % apart; of a crack that goes on, more is drawn than lies between the clicks."""
+    """The area is counted at half the contrast, to 2 %. A crack that continues beyond the clicks covers more."""
     crack, ground = pair
     share = (crack.picture / np.maximum(ground.picture, 1.0)) ** 2.2
     inside = np.median(share[share < 0.45])
@@ -26,7 +26,7 @@ def test_the_drawn_crack_covers_its_true_area(pair):
 
 
 def test_a_crack_that_continues_past_the_clicked_end_is_cut_at_the_click(tmp_path):
-    """What goes on was taken for a side crack and painted over, and a tip drawn in the crack: its width was 4 % off."""
+    """The continuation was once taken for a side crack, and the width was 4 % off."""
     figures = trace_wide(18, True, tmp_path)
     assert abs(figures.width_error_percent) < 1
     assert abs(figures.area_error_percent) < 1

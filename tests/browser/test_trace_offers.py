@@ -37,7 +37,7 @@ def lines_offered(bench):
     return (UPPER, LOWER) if middles[0] < middles[1] else (LOWER, UPPER)
 
 
-def test_a_click_on_a_number_chooses_its_crack_and_undo_offers_both(bench):
+def test_a_click_on_a_number_chooses_its_crack_and_undo_offers_both_cracks_again(bench):
     assert "2 lines may be the crack" in bench.text("#refusal")
     assert bench.page.locator(".offered").all_inner_texts() == ["1", "2"]
     assert bench.page.locator("#lines .offer").count() == 2

@@ -102,7 +102,7 @@ def test_clicked_ends_inside_a_longer_crack_cut_the_outline_at_right_angles(bent
     assert sum("beyond the end" in doubt.text for doubt in outline.warnings) == 2
 
 
-def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):
+def test_a_stretch_of_crack_shorter_than_three_widths_is_refused(tmp_path):
     picture = with_crack(mortar(), [(20, 150), (480, 140)], width_px=30)
     photo = photo_of_light(tmp_path, picture)
     path = find_path(photo, ((230.0, 145.0), (290.0, 144.0)))

@@ -32,7 +32,7 @@ def written(folder, rows=ROWS):
     return folder / "plan.csv"
 
 
-def test_particles_and_the_fast_model_dispense_the_volume_of_the_table(tmp_path):
+def test_particles_and_the_fast_model_dispense_the_volume_of_the_path_table(tmp_path):
     """The volume is 300 x 2 + 120 x 3 + 60 x 4 mm3. Tolerance: 0.1 %; a particle is 0.03 %.
 
     Half of the sealant is dispensed while the nozzle moves over the first millimetre.
@@ -64,7 +64,7 @@ def test_particles_and_the_fast_model_dispense_the_volume_of_the_table(tmp_path)
         (2, 3, 0.0, "row 4, column z_mm: 0"),
     ],
 )
-def test_a_faulty_path_table_is_refused_with_its_row(tmp_path, row, column, value, says):
+def test_the_error_for_a_faulty_path_table_names_the_row(tmp_path, row, column, value, says):
     changed = ROWS.copy()
     changed[row, column] = value
     with pytest.raises(InputError, match=rf"plan\.csv, {says}"):

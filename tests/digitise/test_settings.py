@@ -34,7 +34,7 @@ MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
         (Marker, MARKER, "id", (-1, 10**9)),
     ],
 )
-def test_a_setting_out_of_bounds_is_refused_by_its_key(table: type[BaseModel], base, key, values):
+def test_the_error_for_a_setting_out_of_bounds_names_the_key(table: type[BaseModel], base, key, values):
     """Each of these values once reached trajectory.csv or crack.stl, or ended in a traceback."""
     for value in values:
         with pytest.raises(ValidationError, match=key):

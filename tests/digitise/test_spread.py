@@ -18,7 +18,7 @@ def spread_of(folder, blob: Blob) -> SpreadBlob:
 
 
 @pytest.mark.parametrize("dark", [True, False])
-def test_a_blobs_radius_is_found_to_a_tenth_of_a_pixel(tmp_path, dark):
+def test_the_radius_of_a_blob_is_measured_to_a_tenth_of_a_pixel(tmp_path, dark):
     """The photo has perspective, a gradient of light, grain, a glint and a rim that is not round."""
     blob = replace(BLOB, dark=dark, tilt_deg=7.0, gradient=0.4, noise=0.03, lens_k1=-0.05, unround=(0.02, 0.01, 0.0))
     figures = spread_of(tmp_path, blob)

@@ -74,7 +74,7 @@ def test_any_path_dispenses_exactly_the_planned_volume(seed, trims, ramp, leads,
 
 
 @pytest.mark.parametrize("reverse", [False, True])
-def test_leads_are_straight_tangents_without_flow(reverse):
+def test_lead_in_and_lead_out_are_straight_tangents_without_flow(reverse):
     """On an arc of 60 mm radius about the origin a tangent is square to the radius; s runs on below 0."""
     path = planned(arc_slot(60.0), trim_mm=2.0, lead_in_mm=7.5, lead_out_mm=4.0, reverse=reverse)
     giving = path.giving
@@ -82,7 +82,7 @@ def test_leads_are_straight_tangents_without_flow(reverse):
     for lead, length_mm, foot in ((lead_in, 7.5, lead_in[-1]), (lead_out, 4.0, lead_out[0])):
         along = (lead[-1] - lead[0]) / length_mm
         assert np.linalg.norm(along) == pytest.approx(1.0, abs=1e-9)
-        # KernelConstants by 0.1 mm may turn the very end of an arc by a degree or two.
+        # Smoothing by 0.1 mm may turn the very end of an arc by a degree or two.
         assert abs(along @ foot / np.linalg.norm(foot)) < np.sin(np.radians(2))
         assert np.linalg.norm(np.diff(lead, n=2, axis=0), axis=1).max() < 1e-9
     assert turns_deg(path).max() < 2

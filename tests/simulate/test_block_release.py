@@ -59,6 +59,6 @@ def test_a_released_block_depends_on_its_seed_and_its_slope():
         ({"solver": {"model": "slot"}}, "solver.model"),
     ],
 )
-def test_an_impossible_block_release_is_refused_with_the_setting_named(change, named):
+def test_the_error_for_an_impossible_block_release_names_the_setting(change, named):
     with pytest.raises((InputError, NumericalError), match=named):
         released(PASTE | {"yield_stress_pa": 1.0}, **change)

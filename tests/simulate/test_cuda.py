@@ -39,7 +39,7 @@ def test_recorded_frames_on_a_gpu_agree_with_the_cpu():
         assert 0 < apart_mm < 1e-2
 
 
-def test_one_warp_per_particle_agrees_with_one_thread_per_particle(monkeypatch):
+def test_one_warp_per_particle_gives_the_positions_of_one_thread_per_particle(monkeypatch):
     """Many particles have a thread each and few a warp each, in which floats are summed in another order."""
     warps = ready(PASTES[:1], device=DEVICE)
     monkeypatch.setattr("simulate.fluid.solver.MAX_SHARED", 0)

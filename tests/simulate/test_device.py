@@ -81,7 +81,7 @@ def test_a_machine_without_a_gpu_gives_no_warning():
     assert (done.stdout, done.stderr) == (b"", b"after")
 
 
-def test_the_self_test_passes_here_and_detects_a_failed_recording(monkeypatch):
+def test_the_self_test_passes_unless_a_recording_fails(monkeypatch):
     assert touching_pairs("cpu") == 3 * 7 * 8 * 8
     assert turns_of_a_recording("cpu") == SIDE
     monkeypatch.setattr(wp, "capture_launch", lambda _: None)

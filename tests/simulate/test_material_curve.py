@@ -64,7 +64,7 @@ def test_a_curve_interpolates_the_logarithm_of_viscosity_between_its_rows(tmp_pa
         (b"\xff\xfe\x00\x01", "UTF-8"),
     ],
 )
-def test_an_invalid_table_is_refused_with_its_row_column_and_value(tmp_path, text, fault):
+def test_an_invalid_material_table_is_refused_with_the_reason(tmp_path, text, fault):
     if text is not None:
         (tmp_path / "material.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(InputError, match=rf"material\.csv.*{fault}"):
@@ -93,7 +93,7 @@ def test_a_softening_curve_is_refused_if_particles_may_sleep():
     check_fit(outline, solid, soft, Solver(sleep=False), nozzle)
 
 
-def test_the_table_of_a_run_has_the_curves_values_at_each_frame():
+def test_the_material_table_of_a_run_has_the_curves_values_at_each_frame():
     """It has U and the yield stress up to the curve's last row or the run's end. A given D applies at every age."""
     paste = curve(age_s=[0, 0.1], viscosity_pa_s=[0.05, 0.5], yield_stress_pa=[0, 10])
     whole, short = rheology_of(paste, SUPPORT_CM, FRAME_S), rheology_of(paste, SUPPORT_CM, FRAME_S, frames=5)
@@ -127,7 +127,7 @@ TO_3000_PA = {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0,
         ),
     ],
 )
-def test_a_yield_stress_too_large_for_the_solver_is_refused_with_its_limit(key, most, asked, allowed):
+def test_the_error_for_a_yield_stress_too_large_for_the_solver_gives_the_limit(key, most, asked, allowed):
     solver = Solver(substeps=4)
     with pytest.raises(InputError, match=rf"fluid\.{re.escape(key)}.* at most {most}\b"):
         solved_as(fluid(**asked), solver, FRAME_S, 1000)

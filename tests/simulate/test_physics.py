@@ -46,7 +46,7 @@ def test_viscosity_conserves_linear_and_angular_momentum_of_a_cloud(viscosity_mm
 
 
 @pytest.mark.parametrize("channel", [Channel(5.0, 3000.0), Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25)])
-def test_flow_between_plates_has_the_closed_forms_mean_speed(channel):
+def test_flow_between_plates_has_the_mean_speed_of_the_closed_form(channel):
     """The fluids are Newton's and Herschel and Bulkley's; Bingham's takes long and is in the benchmark.
 
     If particles moved before the viscosity acts, the Newtonian fluid would be 5.5 times as fast.
@@ -68,5 +68,5 @@ SLOW = ("hydrostatic", "sloshing", "shear_wave", "slot_current", "channel", "bin
     "name", [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in CASES]
 )
 def test_each_case_of_the_physics_benchmark_meets_its_tolerances(name):
-    """Seen to fail: volume factor 1, 2 lambda_i for lambda_i + lambda_j, twice the resistance or gamma^2, half of g."""
+    """Seen to fail with a volume factor of 1, 2 lambda_i in a pair, twice the resistance or gamma^2, and half of g."""
     assert [row.name for row in CASES[name]() if row.missed] == []

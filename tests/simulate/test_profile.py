@@ -108,7 +108,7 @@ def bias_mm(profile, level_of_s, trim_mm=2.0):
     [(straight(), 0.4, "flat"), (straight(30), 0.5, "gentle"), (bow(), 0.4, "steep"), (bow(), 0.5, "falling")],
     ids=["straight", "oblique", "bow", "bow over the face"],
 )
-def test_the_profile_of_a_particle_lattice_has_the_lattices_level(outline, radius_mm, level):
+def test_the_profile_of_a_particle_lattice_has_the_level_of_the_lattice(outline, radius_mm, level):
     """The largest error is 0.04 mm; by the upper edges of the pixels, levels would be 0.20 to 0.26 mm too high."""
     spacing_mm = (4 * np.sqrt(2)) ** (1 / 3) * 0.97 * radius_mm
     point = lattice(outline, LEVELS[level], spacing_mm, seed=int(100 * radius_mm))
@@ -119,7 +119,7 @@ def test_the_profile_of_a_particle_lattice_has_the_lattices_level(outline, radiu
     assert abs(bias_mm(read(point, outline=outline, radius_mm=radius_mm), LEVELS[level]) - cut_mm) <= BIAS_MM
 
 
-def test_an_empty_stretch_has_the_floors_level_and_packing_gaps_are_ignored():
+def test_an_empty_stretch_lowers_the_level_to_the_floor_but_packing_gaps_do_not():
     point = lattice(straight(), LEVELS["flat"], 0.69)
     s_mm = point[:, 0]
     hole = (s_mm > 10) & (s_mm < 15)
@@ -177,7 +177,7 @@ def test_arc_length_is_that_of_the_nearest_point_on_the_extended_line():
     assert arc_length_at(np.array([[-70.0, 25.0]]), hook) == pytest.approx([-70.0])
 
 
-def test_a_particle_without_a_position_stops_the_measurement():
+def test_a_particle_at_a_nan_position_stops_the_measurement_of_the_level():
     with pytest.raises(NumericalError, match="Particle 1"):
         read([[1, 0, -5], [2, np.nan, -5]])
 

@@ -63,7 +63,7 @@ def test_a_remark_before_the_run_states_how_the_fluid_will_behave(fluid, begins,
         {"viscosity_pa_s": 100.0, "settle_s": 400.0},
     ],
 )
-def test_sealant_that_settles_slips_or_yields_gets_no_remark(fluid):
+def test_sealant_that_settles_slips_or_yields_gives_no_remark(fluid):
     assert not injection_of(**fluid).remarks_on(0)
 
 
@@ -79,7 +79,7 @@ def test_sealant_that_settles_slips_or_yields_gets_no_remark(fluid):
         ({"curve": {"age_s": [0.0, 1.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [0.0, 100.0]}}, "0.15"),
     ],
 )
-def test_paste_that_stiffens_before_it_has_sunk_gets_a_remark(law, age_s):
+def test_paste_that_stiffens_before_sinking_gives_a_remark(law, age_s):
     remarks = texts(injection_of(**law).remarks_on(0))
     stands = [remark for remark in remarks if remark.partition(": ")[2].startswith("from an age of")]
     assert len(stands) == (age_s is not None)

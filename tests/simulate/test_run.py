@@ -24,7 +24,7 @@ from tests.support.small_fluids import LIKE_THE_PAPER, injected, path, pour, sea
 WHERE = r"Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"
 
 
-def test_sealant_that_runs_over_the_edge_counts_as_spilled_not_escaped():
+def test_sealant_that_runs_over_the_edge_is_counted_as_spilled_not_escaped():
     """A crack of 0.2 ml with 12 mm of face around it gets 1 ml."""
     crack = slot(12.0, depth_mm=5.0)
     way = path(crack[1], 1.0, speed_mm_s=30.0)
@@ -72,7 +72,7 @@ def test_very_viscous_sealant_does_not_collapse_under_the_nozzle(fluid, solver):
     ],
     ids=["a collapse", "a speed", "a density"],
 )
-def test_a_numerical_fault_stops_the_run_and_names_particle_time_and_position(
+def test_the_error_for_a_numerical_fault_names_particle_time_and_position(
     monkeypatch, limit, value, fluid, volume_ml, solver, says
 ):
     if limit:
@@ -82,7 +82,7 @@ def test_a_numerical_fault_stops_the_run_and_names_particle_time_and_position(
         pour(crack, path(crack[1], volume_ml, speed_mm_s=20.0), sealant(**fluid), **solver)
 
 
-def test_a_particle_placed_behind_a_wall_counts_as_escaped():
+def test_a_particle_placed_behind_a_wall_is_counted_as_escaped():
     """The walls are not checked for particles near the middle of open room; behind a wall none is that near."""
     solid, outline = slot(12.0)
     pouring = injected((solid, outline), path(outline, 0.1, speed_mm_s=20.0), LIKE_THE_PAPER)
@@ -123,7 +123,7 @@ def test_incompatible_settings_are_refused_with_the_physical_reason(solver, nozz
         (0.02, r"No radius is possible: .* shorter piece.*path_only = true"),
     ],
 )
-def test_a_radius_is_proposed_only_if_its_distance_grid_fits(monkeypatch, share, says):
+def test_a_particle_radius_is_proposed_only_if_its_distance_grid_is_allowed(monkeypatch, share, says):
     """In a long, thin crack "auto" was once proposed, and then refused."""
     solid, outline = slot()
     box_mm = np.subtract(*reversed(signed_distance.crack_box_mm(solid, outline, outline.mean_width_mm / 8)))
@@ -152,7 +152,7 @@ MIN_MM = least_mm(20_000)
         (MIN_MM, 20_000, None),
     ],
 )
-def test_a_radius_that_gives_too_many_particles_is_refused_with_the_allowed_range(monkeypatch, radius_mm, most, says):
+def test_the_error_for_a_radius_with_too_many_particles_gives_the_allowed_range(monkeypatch, radius_mm, most, says):
     solid, outline = slot()
     solid = replace(solid, figures=replace(solid.figures, sealant_mm3=2000.0))
     monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
@@ -246,7 +246,7 @@ def test_the_papers_trial_has_the_levels_of_the_prototype(tilt, preset):
 @pytest.mark.parametrize(
     ("tilt", "preset", "worst_mm"), [("flare", "accurate", 1.6), ("undercut", "accurate", 1.6), ("lean", "paper", 1.8)]
 )
-def test_the_papers_trial_is_near_the_published_levels_and_keeps_its_volume(tilt, preset, worst_mm, viscosity_solve):
+def test_the_papers_trial_has_about_the_published_levels_and_expected_volume(tilt, preset, worst_mm, viscosity_solve):
     run, profile, ratio = trial(tilt, preset, viscosity_solve=viscosity_solve)
     assert run.escaped_particles == 0
     error_mm = np.abs(profile.level_mm - np.interp(profile.s_mm, *PROSE.T)).mean()
@@ -259,7 +259,7 @@ def test_the_papers_trial_is_near_the_published_levels_and_keeps_its_volume(tilt
 
 
 @pytest.mark.slow
-def test_the_bed_hardly_depends_on_particle_size_and_viscosity_solver():
+def test_the_level_hardly_depends_on_particle_size_and_viscosity_solver():
     """The prototype's beds differ by 0.29 mm at R = 0.4 and 0.5 mm, by 0.20 mm at U = 1000; unfrozen they are flat."""
     watery = Fluid(viscosity_pa_s=0.0322, D_cm=0.3, density_kg_m3=1000.0, freeze_after_s=2.58)
     fine, coarse = (bins_mm(trial_of(watery, "flare", "accurate", radius_mm=radius_mm)[1]) for radius_mm in (0.4, 0.5))

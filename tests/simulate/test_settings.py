@@ -26,13 +26,13 @@ from tests.support.small_fluids import path, sample_of, sealant, slot
         ({"consistency_pa_s_n": 2.0}, "consistency_pa_s_n is 2: give flow_index"),
     ],
 )
-def test_an_impossible_fluid_is_refused_with_its_reason(table, fault):
+def test_fluid_settings_that_conflict_or_are_incomplete_are_refused(table, fault):
     with pytest.raises(ValidationError, match=fault):
         Fluid.model_validate({"freeze_after_s": "never"} | table)
 
 
 @pytest.mark.parametrize("others", [{}, {"preset": "draft", "radius_mm": "auto"}])
-def test_accurate_radius_mm_is_allowed_only_with_the_radius_of_a_draft(others):
+def test_accurate_radius_mm_is_allowed_only_for_a_draft_with_a_given_radius(others):
     assert Solver(preset="draft", radius_mm=0.6, accurate_radius_mm=0.4).size_mm == 0.6
     with pytest.raises(ValidationError, match=r"accurate_radius_mm is 0\.4"):
         Solver.model_validate({"accurate_radius_mm": 0.4, **others})
@@ -50,7 +50,7 @@ def test_accurate_radius_mm_is_allowed_only_with_the_radius_of_a_draft(others):
         ({"radius_mm": "auto"}, 1.48, 3.0 / 8),
     ],
 )
-def test_an_automatic_radius_follows_from_crack_and_nozzle(solver, nozzle_mm, radius_mm):
+def test_an_automatic_particle_radius_follows_from_the_crack_and_the_nozzle(solver, nozzle_mm, radius_mm):
     crack, nozzle = slot(12.0, 3.0), Nozzle(diameter_mm=nozzle_mm)
     poured = sample_of(crack, path(crack[1], 0.1))
     _, chosen = resolved(poured, sealant(viscosity_pa_s=0.3), Solver.model_validate(solver), nozzle)
@@ -88,5 +88,5 @@ def test_solver_constants_out_of_range_are_refused(table):
         *((table, "") for table in (Nozzle(), NozzlePath(), SampleSlope(gradient_deg=12.0), CrackShape(depth_mm=3.0))),
     ],
 )
-def test_a_value_that_is_likely_in_another_unit_gives_a_question(table, slip):
+def test_a_value_that_is_likely_in_another_unit_gives_a_warning(table, slip):
     assert re.fullmatch(f"{slip}.*" if slip else "", " ".join(texts(doubts_of(table, width_mm=2.9))))

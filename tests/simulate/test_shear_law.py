@@ -36,7 +36,7 @@ def test_host_and_device_have_the_same_shear_laws(law: Law):
     assert weight.numpy() == pytest.approx(per_viscosity * np.array(wanted), rel=1e-5)
 
 
-def test_the_fast_model_refuses_a_law_without_a_flow_between_plates(monkeypatch: pytest.MonkeyPatch):
+def test_the_fast_model_refuses_a_shear_law_without_a_flow_between_plates(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delitem(FLOW_BETWEEN_PLATES, Law.HERSCHEL_BULKLEY)
     crack = slot(40.0)
     inputs = Pour(sample_of(crack, path(crack[1], 1.2)), (Fluid(viscosity_pa_s=2.0),), Solver())

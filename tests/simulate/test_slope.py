@@ -22,7 +22,7 @@ FALLS_BACK = SampleSlope(gradient_deg=10.0)
         (SampleSlope(gradient_deg=45.0, crossfall_deg=45.0), (-1.0, -1.0, -1.0)),
     ],
 )
-def test_down_is_the_plumb_line_in_the_samples_frame(slope, along):
+def test_gravity_is_along_the_plumb_line_in_the_samples_frame(slope, along):
     """Rising towards +x, sealant runs towards -x. Seen to fail with the signs or the axes exchanged."""
     assert slope.down == pytest.approx(np.array(along) / np.linalg.norm(along))
     assert slope.level == (slope is LEVEL)

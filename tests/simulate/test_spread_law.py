@@ -34,6 +34,6 @@ def test_the_stress_of_a_low_heap_tends_to_the_formula_of_flat_heaps():
         assert flat - 1 == pytest.approx(2 * 15 / 16 * STRETCH * high, rel=0.02)
 
 
-def test_the_formula_of_flat_heaps_equals_roussel_and_coussots():
-    """A litre of 2000 kg/m3 that spreads to 400 mm: 225 x 2000 x 9.81 x 1e-6 / (128 pi^2 0.2^5) Pa."""
+def test_the_formula_of_flat_heaps_equals_the_formula_of_roussel_and_coussot():
+    """A litre of 2000 kg/m3 that spreads to 400 mm has 225 x 2000 x 9.81 x 1e-6 / (128 pi^2 0.2^5) Pa."""
     assert float(flat_stress_pa(1e6, 200.0, 2000.0)) == pytest.approx(10.92, rel=1e-3)

@@ -170,7 +170,7 @@ def test_particle_states_have_the_same_numbers_on_host_and_device():
 
 
 def test_a_snapshot_is_taken_at_the_first_frame_after_each_requested_time():
-    """Requested are 0, two times within one frame, one just past the end, and one far past it, which is left out."""
+    """The times are 0, two within one frame, one just past the end, and one far past the end, which is left out."""
     run, taken = brief(), []
     end_s = run.frames * run.schedule.frame_s
     wanted = [0.0, 0.1, 0.1001, 0.3, 1.01 * end_s]
@@ -216,7 +216,7 @@ def test_health_csv_has_a_row_for_every_tenth_frame_also_after_resuming(tmp_path
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells what is resident")
 @pytest.mark.parametrize("replays", [False, True])
 def test_resident_memory_does_not_grow_over_a_run(replays):
-    """Memory outside Python objects is included: 1,500 frames after 300 to warm up, in a separate process.
+    """Memory outside Python objects is included. A separate process computes 1,500 frames after 300 to warm up.
 
     The limit is half a page of 4 kB per frame. Measured are 0.9 MB in all, 0.2 of them health; 0.0 if replayed.
     """

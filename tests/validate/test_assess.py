@@ -86,7 +86,7 @@ def test_the_level_of_the_fast_model_is_added_to_the_baselines(evidence):
     assert both.uncertainty.mean_level == alone.uncertainty.mean_level
 
 
-def test_only_declared_inputs_count_and_missing_inputs_are_named(evidence, lifted, varied):
+def test_the_uncertainty_includes_only_declared_inputs_and_names_missing_inputs(evidence, lifted, varied):
     """The volume raises the level by 0.3 mm. A declared input that no run has varied yet is not assessed."""
     figures = lifted["uncertainty"]
     assert figures["stations"]["inputs_mm"] == pytest.approx([0.98 * 0.3] * 9, rel=2e-3)

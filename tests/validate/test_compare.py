@@ -13,7 +13,7 @@ from tests.support.levels import PROSE, STATIONS, compared, curves, measured, pr
 
 @settings(max_examples=4, deadline=None)
 @given(curves(), curves())
-def test_every_metric_agrees_with_a_fine_grid(a, b):
+def test_every_metric_agrees_with_a_numerical_integral_on_a_fine_grid(a, b):
     """Midpoints of 2,000 cells in each stretch between two stations: no kink is inside a cell, however short it is.
 
     In a stretch |E| passes a limit twice at most and 0 once, so no share is off by more than 2 in 2,000 and no mean of
@@ -51,7 +51,7 @@ def test_the_scatter_of_repeats_is_pooled_over_all_stations():
     assert thinned.degrees_of_freedom == 32
 
 
-def test_a_station_beyond_the_crack_is_used_but_not_compared():
+def test_a_station_beyond_the_crack_shapes_the_line_of_readings_but_is_not_compared():
     """Readings extend to 80 mm and the crack to 79.5 mm: the last station only shapes the readings' line."""
     metrics = compared(profile([0.0, 79.5], [1.0, 1.0]))
     assert (metrics.basis.stations_compared, metrics.basis.stations_used) == (16, 17)

@@ -72,7 +72,7 @@ def test_a_mean_of_draft_runs_is_marked_as_a_draft(run, evidence):
     assert "these are 3 runs" in uncertainty_facts(replace(drafts, comparison=None, readings=None))[-1].text
 
 
-def test_spilled_sealant_does_not_count_as_lost_volume(run):
+def test_spilled_sealant_is_not_reported_as_lost_volume(run):
     """The ratio that the terminal prints refers to all sealant, including the spilled part."""
     spilled = np.arange(len(run.spilled)) < len(run.spilled) // 10
     share, spills = spilled.mean(), replace(run, spilled=spilled)
@@ -85,7 +85,7 @@ def test_spilled_sealant_does_not_count_as_lost_volume(run):
     assert f"({1.04 / (1 - share):.3f} of what stayed on the sample; " in gained
 
 
-def test_cautions_name_edited_files_before_leaks_and_include_contradicted_fills(run, evidence):
+def test_cautions_include_edited_files_escaped_particles_and_contradicted_fills(run, evidence):
     leak, loss = run_warnings(replace(run, escaped_particles=1), 0.775)
     assert (leak.key, leak.value, loss.key) == ("fluid.escaped", 1, "fluid.volume")
     assert cautions(evidence) == (), "measured data and a sound run need no word"

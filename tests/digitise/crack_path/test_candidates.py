@@ -28,7 +28,7 @@ def with_joint(picture):
 
 
 @pytest.mark.parametrize("other", [with_patch, with_joint])
-def test_a_crack_is_ranked_before_an_edge_and_a_joint(tmp_path, other):
+def test_a_crack_is_ranked_before_an_edge_or_a_joint(tmp_path, other):
     search = search_of(tmp_path, other(with_crack(mortar(), CRACK, 5)))
     assert distance_to(search.cracks[0].line_px, np.array(CRACK, dtype=float)).max() < 12
 

@@ -48,7 +48,7 @@ def photo(specimen, tmp_path_factory):
     return photo_of(specimen, tmp_path_factory.mktemp("photo"))
 
 
-def test_the_path_follows_the_crack_from_the_first_end_to_the_second(specimen, photo):
+def test_the_path_follows_the_crack_from_the_first_clicked_end_to_the_second(specimen, photo):
     path = find_path(photo, specimen.ends_px)
     assert distance_to(photo.to_mm(path.points_px), specimen.centreline_mm).max() < 0.9
     assert np.linalg.norm(path.points_px[[0, -1]] - np.array(specimen.ends_px), axis=1).max() < 15
@@ -58,7 +58,7 @@ def test_the_path_follows_the_crack_from_the_first_end_to_the_second(specimen, p
 @pytest.mark.parametrize(
     ("off_px", "says"), [((0, 55), r"5\.\d mm outside the face"), ((-100, -60), "not on a crack: .* away")]
 )
-def test_an_end_off_the_crack_is_refused_with_its_distance(specimen, photo, off_px, says):
+def test_the_error_for_an_end_off_the_crack_gives_the_distance(specimen, photo, off_px, says):
     (x, y), other = specimen.ends_px
     with pytest.raises(InputError, match=says):
         find_path(photo, ((x + off_px[0], y + off_px[1]), other))
@@ -83,7 +83,7 @@ ALIKE = [wandering([(30, 60), (470, 80)]), wandering([(30, 240), (470, 220)])]
         (ALIKE, None, r"which line is the crack\?"),
     ],
 )
-def test_photos_without_a_clear_crack_and_impossible_ends_are_refused(tmp_path, lines, ends_px, says):
+def test_a_photo_without_a_clear_crack_or_with_invalid_ends_is_refused(tmp_path, lines, ends_px, says):
     with pytest.raises(InputError, match=says):
         find_path(photo_of_lines(tmp_path, *lines, width_px=6 if lines == [RIM] else 14), ends_px)
 
@@ -133,7 +133,7 @@ def test_the_path_follows_the_middle_of_the_painted_stroke(plain):
         (((45.0, 150.0), (180.0, 270.0)), None, "different pieces of the mask"),
     ],
 )
-def test_only_the_largest_painted_piece_or_the_piece_at_both_ends_is_followed(plain, ends_px, line, refusal):
+def test_the_largest_painted_piece_is_followed_unless_the_ends_are_on_another_piece(plain, ends_px, line, refusal):
     photo = with_paint(plain, strokes(CRACK) | strokes(SCRATCH, width_px=5))
     with pytest.raises(InputError, match=refusal) if refusal else nullcontext():
         path = find_path(photo, ends_px)
@@ -173,7 +173,7 @@ def wire(forked):
 
 
 @pytest.mark.parametrize("via", [(250.0, 45.0), (244.0, 52.0)], ids=["on the arm", "9 px beside the arm"])
-def test_a_via_point_selects_its_arm_of_a_forked_crack(wire, via):
+def test_a_via_point_selects_one_arm_of_a_forked_crack(wire, via):
     path = wire.path(ENDS, (via,))
     assert path.source == "via"
     assert distance_to(path.points_px, np.array([LOW[0], *HIGH, LOW[-1]])).max() < 7
@@ -199,7 +199,7 @@ UPPER = [(30.0, 60.0), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (4
 LOWER = [(x, 290 - y) for x, y in UPPER]
 
 
-def test_a_region_of_interest_selects_a_crack(tmp_path):
+def test_a_region_of_interest_selects_the_crack_inside_the_region(tmp_path):
     """Tolerance: the path ends within one width, 14 px, of the crack's tip."""
     photo = photo_of_lines(tmp_path, UPPER, LOWER)
     path = find_path(photo, None, roi_px=((5.0, 175.0), (495.0, 165.0), (495.0, 290.0), (5.0, 290.0)), crack=1)

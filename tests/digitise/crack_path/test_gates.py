@@ -34,17 +34,17 @@ def light_line(picture, width_px):
     ],
     ids=["a short stretch as bright as the ground", "the shade of a light crack"],
 )
-def test_a_path_over_bare_ground_or_along_a_shade_gives_a_warning(tmp_path, picture, doubt):
+def test_a_path_over_bare_ground_or_along_a_shadow_gives_a_warning(tmp_path, picture, doubt):
     assert any(doubt in text for text in texts(path_in(tmp_path, picture).warnings))
 
 
-def test_a_long_stretch_as_bright_as_the_ground_is_refused_with_its_position(tmp_path):
+def test_the_error_for_a_long_stretch_as_bright_as_the_ground_gives_its_position(tmp_path):
     with pytest.raises(InputError, match=r"plain ground: \d+ px from \(2\d\d, .*via_px"):
         path_in(tmp_path, broken(110))
 
 
 @pytest.mark.parametrize("width_px", [6, 16])
-def test_a_light_crack_without_a_shade_gets_the_advice_to_paint_a_mask(tmp_path, width_px):
+def test_the_message_for_a_light_crack_without_a_shade_advises_painting_a_mask(tmp_path, width_px):
     """The darkest way between the clicks is a rim of the light line, or bare ground beside it."""
     try:
         answer = " ".join(texts(path_in(tmp_path, light_line(mortar(seed=2), width_px)).warnings))

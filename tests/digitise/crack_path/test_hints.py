@@ -13,7 +13,7 @@ def photo_of_width(folder, width_px=500):
 
 
 @pytest.mark.parametrize("corners", [((10.0, 20.0), (400.0, 200.0)), ((400.0, 20.0), (10.0, 200.0))])
-def test_two_opposite_corners_define_a_box(tmp_path, corners):
+def test_two_opposite_corners_define_a_rectangular_region_of_interest(tmp_path, corners):
     box_px = np.array([[10.0, 20.0], [400.0, 20.0], [400.0, 200.0], [10.0, 200.0]])
     assert region_px(photo_of_width(tmp_path), corners) == pytest.approx(box_px)
 
@@ -28,6 +28,6 @@ def test_two_opposite_corners_define_a_box(tmp_path, corners):
         (((600.0, 600.0), (900.0, 900.0)), "covers"),
     ],
 )
-def test_a_region_that_crosses_itself_or_misses_the_photo_is_refused(tmp_path, corners, says):
+def test_a_region_that_crosses_itself_or_is_outside_the_photo_is_refused(tmp_path, corners, says):
     with pytest.raises(InputError, match=r"photo\.png: roi_px .*" + says):
         region_px(photo_of_width(tmp_path), corners)

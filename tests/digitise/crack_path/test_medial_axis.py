@@ -14,7 +14,7 @@ def painted(*strokes, width_px=9, size_px=(300, 200)):
 
 
 @pytest.mark.parametrize("size_px", [(150, 100), (300, 200)])
-def test_distances_are_bit_exact_in_small_and_large_maps(size_px):
+def test_distances_to_a_mask_are_bit_exact_in_small_and_large_maps(size_px):
     """OpenCV's own distances are inexact in maps of fewer than 2**14 cells and differ between processes."""
     mask = painted([(10, 50), (75, 40), (140, 60)], size_px=size_px)
     exact = np.asarray(distance_transform_edt(~mask), dtype=np.float32)

@@ -22,7 +22,7 @@ def cracked(folder, width_px, times=1.0):
 
 
 @pytest.mark.parametrize("width_px", [6, 9, 14, 30, 60])
-def test_the_width_is_measured_despite_a_wrong_first_estimate(tmp_path, width_px):
+def test_the_crack_width_is_measured_despite_a_wrong_first_estimate(tmp_path, width_px):
     """A coarse map may show half the width. Tolerance: 3 %, and the third of a pixel that blur adds to 6 px."""
     photo = cracked(tmp_path, width_px)
     for wrong in (0.4, 1.0, 2.0):

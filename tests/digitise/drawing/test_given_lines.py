@@ -26,7 +26,7 @@ def _walls_mm(beyond_mm: float) -> tuple[np.ndarray, np.ndarray]:
     ("face_mm", "ends"),
     [(None, ("cut", "cut")), ((0.0, 0.0, 100.0, 40.0), ("open", "cut")), ((-20.0, 0.0, 80.0, 40.0), ("cut", "open"))],
 )
-def test_a_crack_from_a_line_has_the_lines_length_and_width(face_mm, ends):
+def test_a_crack_drawn_as_a_line_has_the_length_and_width_of_the_line(face_mm, ends):
     """An oblique open end loses as much volume on one side as it gains on the other."""
     outline, photo = outline_of_line(LINE_MM, WIDTH_MM, face_mm, "line")
     assert (outline.ends, outline.seen_in, outline.warnings) == (ends, "drawing", ())
@@ -59,7 +59,7 @@ def test_the_direction_of_the_second_wall_line_does_not_change_the_crack(face_mm
         ([(0, 0), (40, 0)], (0.0, 10.0, 100.0, 40.0), "outside the face of 100 x 30 mm"),
     ],
 )
-def test_a_short_or_folded_line_or_a_line_off_the_face_is_refused(points_mm, face_mm, words):
+def test_a_line_that_is_short_folded_or_off_the_face_is_refused(points_mm, face_mm, words):
     with pytest.raises(InputError, match=words):
         outline_of_line(np.array(points_mm, dtype=float), WIDTH_MM, face_mm, "line")
 

@@ -55,7 +55,7 @@ def test_a_traced_crack_is_unchanged_after_writing_and_reading(tmp_path):
     assert drawing.notes == []
 
 
-def test_the_nozzle_path_is_written_as_a_polyline_in_3d(tmp_path):
+def test_the_nozzle_path_is_written_as_a_3d_polyline(tmp_path):
     outline = straight_slot(40.0, 3.0, CLOSED)
     planned = path(outline, 0.5, 20.0)
     (tmp_path / "a.dxf").write_text(dxf_text(outline, planned))

@@ -30,7 +30,7 @@ def crossings(*triangles) -> int:
     ],
     ids=["through", "above", "touching", "within a contact", "beside, boxes overlap", "edges cross", "needle"],
 )
-def test_only_pairs_of_triangles_that_cross_are_counted(other, expected):
+def test_only_pairs_of_triangles_that_cross_are_counted_as_crossings(other, expected):
     assert crossings(FLAT, other) == expected
 
 
@@ -51,7 +51,7 @@ def test_the_sweep_finds_the_same_crossings_as_a_test_of_all_pairs(monkeypatch, 
     assert {(min(pair), max(pair)) for pair in pairs.tolist()} == expected
 
 
-def test_a_cube_has_no_faults_and_the_same_volume_far_from_the_origin():
+def test_a_cube_without_faults_has_the_same_volume_far_from_the_origin():
     assert examine_mesh(V, F, expected_euler=2)[0] == []
     assert mesh_volume_mm3(V + 1e6, F) == pytest.approx(1000.0, rel=1e-9)
 
@@ -67,12 +67,12 @@ def test_a_cube_has_no_faults_and_the_same_volume_far_from_the_origin():
     ],
     ids=["hole", "turned face", "fin", "overlap", "ring for a ball"],
 )
-def test_each_fault_of_a_mesh_gives_one_sentence(vertices, faces, euler, says):
+def test_each_fault_of_a_mesh_is_reported_in_one_sentence(vertices, faces, euler, says):
     (fault,) = examine_mesh(vertices, faces, expected_euler=euler)[0]
     assert all(words in fault for words in says)
 
 
-def test_tiny_edges_and_vertices_that_coincide_in_a_file_are_faults():
+def test_tiny_edges_and_vertices_that_coincide_in_float32_are_reported():
     """A corner is cut by 1e-6 mm at z = 105 mm, where float32 steps by 8e-6 mm."""
     corner = V.argmax(axis=0)[0]
     face = next(face for face in F if corner in face)

@@ -21,7 +21,7 @@ def cross(a, b, c, d) -> bool:
 
 
 @pytest.mark.parametrize("closed", [False, True])
-def test_crossings_equal_those_of_a_search_through_all_pairs(closed):
+def test_crossings_of_a_polyline_equal_those_of_a_search_through_all_pairs(closed):
     """The polylines are random walks with corners on each other's edges."""
     for seed in range(20):
         points = np.cumsum(np.random.default_rng(seed).integers(-3, 4, (25, 2)), axis=0).astype(float)

@@ -39,7 +39,7 @@ def with_islands(*islands_mm: Floats) -> Outline:
     return dataclasses.replace(straight_slot(20.0, 3.0, CLOSED), islands_mm=islands_mm)
 
 
-def test_a_small_island_is_filled_and_a_warning_gives_its_position():
+def test_a_warning_gives_the_position_of_a_small_island_that_is_filled():
     footprint = lay_out(with_islands(stone(5.0, 0.2, 0.17), stone(12.0, 0.0, 0.8)), VERTICAL, 0.0)
     assert footprint.crack.num_contour() == 2
     (filled,) = footprint.warnings
@@ -47,7 +47,7 @@ def test_a_small_island_is_filled_and_a_warning_gives_its_position():
     assert "near (5.0, 0.2) mm was filled: its area of 0.090 mm²" in filled.text
 
 
-def test_islands_that_fill_the_crack_or_are_not_finite_are_refused():
+def test_islands_that_fill_the_crack_or_have_non_finite_points_are_refused():
     with pytest.raises(InputError, match="outside its islands, which is too little for a crack"):
         lay_out(with_islands(stone(10.0, 0.0, 30.0)), VERTICAL, 0.0)
     with pytest.raises(InputError, match="only finite numbers, for the outline and its islands"):

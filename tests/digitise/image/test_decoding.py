@@ -64,7 +64,7 @@ def deep(path, picture):
     ],
     ids=["folder", "empty", "text", "few pixels", "grey", "deep PNG", "deep TIFF", "pages", "frames", "large", "stump"],
 )
-def test_files_that_are_no_usable_photo_are_refused_with_the_reason(tmp_path, picture, name, write, says):
+def test_a_file_that_is_not_a_usable_photo_is_refused_with_the_reason(tmp_path, picture, name, write, says):
     write(tmp_path / name, picture)
     assert says in refusal(tmp_path / name)
 
@@ -78,7 +78,7 @@ def test_a_truncated_photo_is_refused(tmp_path, picture, ending):
     assert "cut short" in refusal(path) or "not a readable" in refusal(path)
 
 
-def test_transparent_pixels_are_read_and_give_a_warning(tmp_path, picture):
+def test_a_photo_with_transparent_pixels_is_read_with_a_warning(tmp_path, picture):
     alpha = np.full(picture.shape[:2], 255, dtype=np.uint8)
     for rows, values in ((0, []), (20, [0.25])):
         alpha[:rows] = 0
@@ -115,7 +115,7 @@ FILM_MM, WIDTH_PX, HEIGHT_PX = 0xA405, 0xA002, 0xA003
         ({FILM_MM: 26, WIDTH_PX: 4000, HEIGHT_PX: 2250}, None),
     ],
 )
-def test_the_focal_length_in_pixels_comes_from_the_exif_or_is_none(tmp_path, tags, focal_px):
+def test_the_focal_length_in_pixels_is_computed_if_the_exif_data_are_valid(tmp_path, tags, focal_px):
     """The photo has 500 px diagonal, the film 43.27 mm, the lens 26 mm; smaller copies have the same shape."""
     exif = Image.Exif()
     exif.get_ifd(0x8769).update(tags)
@@ -123,7 +123,7 @@ def test_the_focal_length_in_pixels_comes_from_the_exif_or_is_none(tmp_path, tag
     assert read_photo(tmp_path / "photo.jpg").focal_px == (focal_px and pytest.approx(focal_px))
 
 
-def test_valid_image_arrays_are_unchanged_and_invalid_arrays_are_refused(picture):
+def test_an_image_array_is_returned_unchanged_unless_it_is_invalid(picture):
     assert (take_photo(picture, "image").image == picture).all()
     assert (take_photo(picture[..., 0], "image").image == picture[..., :1]).all()
     for wrong in (picture / 255, np.dstack([picture, picture[..., :1]]), picture[:20], picture[0]):
@@ -165,7 +165,7 @@ def write_tiff(path, **tags):
     ],
     ids=str,
 )
-def test_a_photo_in_an_unsupported_format_is_refused_with_the_remedy(tmp_path, content, name, kind):
+def test_the_error_for_a_photo_in_an_unsupported_format_gives_the_remedy(tmp_path, content, name, kind):
     if isinstance(content, dict):
         write_tiff(tmp_path / name, **content)
     else:

@@ -5,7 +5,7 @@ from digitise.image.raster import sampled
 
 
 @pytest.mark.parametrize("shape", [(3,), (40_000,), (20_000, 7), (5, 4, 3)])
-def test_sampled_pixel_values_have_the_shape_of_their_positions(shape):
+def test_sampled_pixel_values_have_the_array_shape_of_their_positions(shape):
     """OpenCV samples at most 32,767 rows at once; the end of a crack 150 px wide has more and crashed."""
     picture = np.arange(100, dtype=np.float32)[None] + 1000 * np.arange(50, dtype=np.float32)[:, None]
     rng = np.random.default_rng(1)

@@ -129,7 +129,7 @@ def test_triangle_soups_and_turned_or_repeated_faces_become_one_closed_surface(d
     assert len(sentences) == notes
 
 
-def test_a_mesh_too_small_for_its_units_is_refused():
+def test_a_mesh_of_implausibly_small_size_is_refused():
     with pytest.raises(InputError, match="Check its units"):
         one_surface(np.array([[0.0, 0, 0], [1e-9, 0, 0], [0, 1e-9, 0]]), np.array([[0, 1, 2]]))
 

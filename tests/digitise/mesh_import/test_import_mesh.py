@@ -31,7 +31,7 @@ def settings(units: str = "mm", up: str = "z") -> MeshInput:
 
 
 @pytest.mark.parametrize("up", UPRIGHT_DEG)
-def test_the_axis_out_of_the_face_is_rotated_to_z(up):
+def test_the_axis_that_is_set_as_up_is_rotated_to_z(up):
     """A mirror would exchange the crack's left and right walls."""
     axis = np.eye(3)["xyz".index(up[-1])] * (-1.0 if up.startswith("-") else 1.0)
     assert trimesh.transform_points(axis[None], upright(settings(up=up)))[0] == pytest.approx([0, 0, 1])
@@ -43,7 +43,7 @@ def corners_of(size: tuple[float, float, float]) -> Triangles:
 
 
 @pytest.mark.parametrize(("units", "mm"), [("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("inch", 25.4)])
-def test_coordinates_in_any_unit_become_millimetres(units, mm):
+def test_coordinates_in_any_unit_are_converted_to_millimetres(units, mm):
     size_mm = upright_mm(corners_of((100 / mm, 40 / mm, 20 / mm)), settings(units))
     assert np.ptp(size_mm, axis=0) == pytest.approx([100.0, 40.0, 20.0])
 
@@ -56,7 +56,7 @@ def test_coordinates_in_any_unit_become_millimetres(units, mm):
         (9000.0, "cm", "Crop the mesh to the sample"),
     ],
 )
-def test_a_size_that_no_sample_has_is_refused_with_the_units_that_would_fit(longest, units, says):
+def test_the_error_for_a_mesh_of_implausible_size_suggests_a_remedy(longest, units, says):
     with pytest.raises(InputError, match=says):
         upright_mm(corners_of((longest, longest / 4, longest / 8)), settings(units))
 
@@ -108,7 +108,7 @@ def test_a_written_solid_is_imported_as_the_same_crack(tmp_path, paper):
     assert examine_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2)[0] == []
 
 
-def test_imported_sections_have_the_solids_volume_below_each_level(tmp_path, paper):
+def test_the_sections_of_an_imported_solid_give_its_volume_below_each_level(tmp_path, paper):
     """Tolerance: 0.2 % of the cavity, from layers of 0.3 mm and cells of a twenty-fourth of the width."""
     outline, solid = paper
     shape = CrackShape(depth_mm=16.0, tilt="lean")
@@ -124,7 +124,7 @@ def test_imported_sections_have_the_solids_volume_below_each_level(tmp_path, pap
         assert below_mm3 == pytest.approx(expected_mm3, abs=2e-3 * solid.cavity_volume_mm3), level_mm
 
 
-def test_an_imported_solids_file_without_areas_by_level_is_refused(tmp_path):
+def test_a_file_of_an_imported_solid_without_areas_by_level_is_refused(tmp_path):
     """Volumes without these areas would assume upright walls."""
     solid = brought(tmp_path, SLOT).solid
     write_solid(tmp_path, solid)
@@ -140,7 +140,7 @@ def test_an_inside_out_mesh_is_turned_with_a_warning(tmp_path):
     assert [warning.key for warning in back.solid.figures.warnings] == ["mesh.inside-out"]
 
 
-def test_a_mesh_that_crosses_itself_is_refused_with_the_position(tmp_path):
+def test_the_error_for_a_mesh_that_crosses_itself_gives_the_position(tmp_path):
     """One corner of the face is pulled through a wall of the slot."""
     vertices, faces = fine(slotted())
     vertices[np.argmin(np.linalg.norm(vertices - [70.0, 26.0, 0.0], axis=1))] = 70.0, 21.0, -5.0

@@ -40,7 +40,7 @@ def uncommented(*tables: str) -> list[tuple[str, str]]:
     return lines
 
 
-def test_the_example_cell_is_valid_with_all_tables_uncommented(tmp_path):
+def test_the_example_cell_file_is_valid_with_all_tables_uncommented(tmp_path):
     cell = read(tmp_path, *uncommented("plunger", *LANGUAGES))
     assert [kind for kind in LANGUAGES if cell.missing_for(kind) is None] == list(LANGUAGES)
     assert cell.table(Urscript).full_flow_mm3_s == 1000.0
@@ -70,8 +70,8 @@ ONLY_ANALOG = "full_flow_mm3_s and dispenser"
         ("urscript", "# port = 0", BY_A_VECTOR, ["rotation_vector_rad: no such key"]),
     ],
 )
-def test_a_faulty_cell_file_is_refused_with_the_key_or_the_remedy(tmp_path, table, old, new, named):
-    """Single wrong values and wrong combinations, with or without an uncommented table of the example."""
+def test_the_error_for_a_faulty_cell_file_names_the_key_or_the_remedy(tmp_path, table, old, new, named):
+    """The cases are wrong values and wrong combinations, with or without an uncommented table of the example."""
     changes = [] if table is None else [it for it in uncommented(table) if not it[0].startswith(old.strip())]
     with pytest.raises(InputError, match=r"cell\.toml") as fault:
         read(tmp_path, (old, new), *changes, *([("output_bit = 8", "")] if new == BY_S[1] else []))
@@ -125,7 +125,7 @@ def test_any_rotation_and_shift_of_the_sample_is_found_exactly(turn, tip, seed):
         (np.zeros((3, 2)), seen(np.zeros((3, 2))), r"within 0 mm \(RMS\) of a line"),
     ],
 )
-def test_taught_points_that_fit_no_rigid_sample_are_refused(sample_mm, robot_mm, says):
+def test_taught_points_without_a_rigid_fit_to_the_sample_are_refused(sample_mm, robot_mm, says):
     with pytest.raises(InputError, match=r"cell\.toml: .*" + says):
         fitted(sample_mm, robot_mm)
 
@@ -143,8 +143,8 @@ def pump(folder: Path, rows: str = "", head: str = HEAD) -> PumpTable:
     return read_pump(Pump(file=Path("pump.csv"), density_kg_m3=1690.0), folder)
 
 
-def test_the_flow_asked_of_a_pump_is_corrected_within_the_weighed_range(tmp_path):
-    """Three pairs, 1 % to either side of their mean: s = sqrt(2) %, three degrees of freedom, t = 3.182."""
+def test_the_commanded_pump_flow_is_corrected_only_within_the_weighed_range(tmp_path):
+    """Three pairs are 1 % off their mean, so that s = sqrt(2) %, with three degrees of freedom and t = 3.182."""
     table = pump(tmp_path)
     assert table.asked_for(np.array([0.0, 8.0, 40.0, 800.0])) == pytest.approx([0, 10, 50, 1000])
     assert table.error_95 == pytest.approx(3.182 * 0.01, rel=1e-3)
@@ -169,16 +169,16 @@ def test_a_faulty_pump_file_is_refused_with_the_reason(tmp_path, rows, says):
 
 
 @pytest.mark.parametrize(("off", "words"), [(0.01, []), (0.25, ["35%", "108%"])])
-def test_a_pump_with_large_scatter_gives_a_warning_with_percentages(tmp_path, off, words):
-    """Two pairs, ``off`` to either side: s = sqrt(2) off, two degrees of freedom, so that the error is 4.303 off."""
+def test_a_pump_with_large_scatter_gives_a_warning_with_the_error_in_percent(tmp_path, off, words):
+    """Two pairs are ``off`` to either side: s = sqrt(2) off, and with two degrees of freedom the error is 4.303 off."""
     path = place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, off))
     warnings = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
     assert len(warnings) == bool(words)
     assert all(word in warnings[0] for word in words)
 
 
-def test_equal_weighings_give_a_warning_and_no_interval(tmp_path):
-    """A scale with a coarse digit. Broken on purpose, the flow has an error of 0 % and no warning."""
+def test_equal_weighings_give_a_warning_instead_of_an_error_interval(tmp_path):
+    """The scale has a coarse last digit. Broken on purpose, the flow has an error of 0 % and no warning."""
     table = scattered(tmp_path, 0.0)
     assert table.error_95 is None
     assert "show no scatter" in table.warnings[0]
@@ -191,7 +191,7 @@ def scattered(folder: Path, off: float) -> PumpTable:
     return pump(folder, "".join(f"{asked:.12g},{gram:.12g},20,0\n" for asked, gram in weighed))
 
 
-def test_each_robot_program_asks_for_the_corrected_flow_and_waits_once(tmp_path):
+def test_each_robot_program_commands_the_corrected_flow_after_one_wait(tmp_path):
     it, table = trajectory(lead_in_mm=5.0), pump(tmp_path)
     flow = it.flow_mm3_s.max()
     path = place_path(it, cell(gcode={}), "cell.toml", table)

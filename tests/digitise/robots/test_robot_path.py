@@ -51,7 +51,7 @@ def test_an_invalid_trajectory_is_refused(change, says):
         place_path(change(trajectory()), cell(), "cell.toml")
 
 
-def test_the_csv_table_is_a_trajectory_in_the_robots_frame(tmp_path):
+def test_the_csv_table_contains_the_trajectory_in_the_robots_frame(tmp_path):
     """The columns are those of trajectory.csv, so that the same programs read both files."""
     path = placed()
     (tmp_path / "trajectory.csv").write_text(table_text(path), encoding="utf-8")

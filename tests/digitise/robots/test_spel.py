@@ -57,7 +57,7 @@ def test_a_spel_curve_passes_all_waypoints_over_the_crack_with_the_output_on(rev
 
 
 @pytest.mark.parametrize("motion", ["curve", "move"])
-def test_a_z_axis_that_drives_the_plunger_falls_with_the_volume(motion):
+def test_a_z_axis_that_drives_the_plunger_descends_with_the_dispensed_volume(motion):
     """This is the paper's arm: z begins at the plunger's position, and the nozzle is never lifted."""
     it = trajectory(lead_in_mm=10.0)
     path = placed(it, spel={**ON_Z, "motion": motion}, tip_deg=0.0)
@@ -94,7 +94,7 @@ def test_a_path_beyond_the_limits_of_spel_is_refused(path, changes, says):
 
 
 @pytest.mark.parametrize("motion", ["curve", "move"])
-def test_plunger_travel_on_z_counts_towards_the_arms_speed_limit(motion):
+def test_the_arms_speed_limit_includes_plunger_travel_on_the_z_axis(motion):
     """The plunger moves 15.3 mm over 62 mm of path, so that the arm is 3 % faster than the nozzle."""
     fast, limit = trajectory(speed_mm_s=30.0), {"motion": {"largest_speed_mm_s": 30.0}, "tip_deg": 0.0}
     assert spel_text(placed(fast, **limit))

@@ -97,7 +97,7 @@ def test_clicked_corners_of_the_face_give_the_scale(specimen, tmp_path):
     ],
     ids=["mirrored", "from another corner", "far off", "centimetres a pixel"],
 )
-def test_corners_in_the_wrong_order_or_of_an_impossible_size_are_refused(specimen, tmp_path, corners, says):
+def test_face_corners_in_the_wrong_order_or_of_an_impossible_size_are_refused(specimen, tmp_path, corners, says):
     with pytest.raises(InputError, match=says):
         by_corners(specimen, tmp_path, corners(specimen.to_px(FACE)))
 

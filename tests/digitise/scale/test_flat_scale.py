@@ -13,7 +13,7 @@ FILE = Path("photo.jpg")
 
 
 def test_two_points_and_their_distance_give_the_scale(tmp_path):
-    """A 3-4-5 triangle: 300 px right and 200 px down are 360.56 px, here 36.056 mm."""
+    """The points are 300 px apart in x and 200 px in y, which is 360.56 px or, here, 36.056 mm."""
     write_png(tmp_path / "photo.jpg", mortar())
     settings = PhotoInput(
         file=FILE, data="synthetic", ruler_px=((100.0, 250.0), (400.0, 50.0)), ruler_mm=float(np.hypot(30, 20))

@@ -80,7 +80,7 @@ def test_lens_distortion_does_not_change_measured_lengths(bent, bent_photo, load
         assert photo.scale_residual_mm < 0.01
 
 
-def test_markers_off_the_face_or_printed_too_small_raise_the_scale_uncertainty(bent, bent_photo, load):
+def test_markers_off_the_face_plane_or_printed_too_small_raise_the_scale_uncertainty(bent, bent_photo, load):
     """Markers 5 mm lower at 262 mm make lengths 1.9 % larger than the edges of the face imply.
 
     A frame that a printer made smaller has the same effect; the length of its printed ruler corrects the scale.
@@ -102,7 +102,7 @@ def test_markers_off_the_face_or_printed_too_small_raise_the_scale_uncertainty(b
     assert mended.scale_uncertainty == pytest.approx(BOARD_MM * grown / 100, rel=0.2)
 
 
-def test_an_unchecked_print_of_markers_adds_scale_uncertainty_and_gives_a_warning(bent, load):
+def test_an_unchecked_print_of_markers_adds_scale_uncertainty_with_a_warning(bent, load):
     """Without a face or a ruler to compare with, a frame printed at 97 % gives lengths that are 3 % off."""
     by_ruler = MarkerBoard(**bent.board.model_dump() | {"printed_ruler_mm": 100.0})
     for board, least, most in ((bent.board, PRINT, 1.01 * PRINT), (by_ruler, BOARD_MM / 100, 1.5 * BOARD_MM / 100)):
@@ -149,7 +149,7 @@ def page(tmp_path_factory) -> Page:
     return printed(tmp_path_factory.mktemp("page"))
 
 
-def test_a_scan_of_the_printed_frame_has_the_scale_of_its_table(tmp_path):
+def test_a_scan_of_the_printed_marker_frame_has_the_scale_of_the_marker_table(tmp_path):
     """The page is rastered at 6 px/mm. Tolerances: 10 µm for the markers and 0.01 % for the scale."""
     face_mm = (70.0, 40.0)
     page = printed(tmp_path, face_mm=face_mm, size_mm=20.0, dictionary="apriltag_36h11", count=4)
@@ -161,7 +161,7 @@ def test_a_scan_of_the_printed_frame_has_the_scale_of_its_table(tmp_path):
     assert (photo.scale_residual_mm or 1.0) < 0.01
 
 
-def test_the_printed_opening_and_markers_have_the_positions_of_the_table(page, tmp_path):
+def test_the_printed_opening_and_markers_have_the_positions_of_the_marker_table(page, tmp_path):
     """The opening's lower left corner is the table's origin; the cutting line lies inside the opening."""
     board = board_around(FACE_MM, 16.0, "4x4_50", 8)
     ((*cut_mm, _),) = [bar for bar in page.bars if bar[4] == pytest.approx(CUT_GREY / 255, abs=1e-3)]
@@ -185,7 +185,7 @@ def test_the_printed_ruler_is_100_mm_between_its_outer_edges(page):
     assert np.diff(np.sort(marks[:, 0] + marks[:, 2] / 2)[1:-1]) == pytest.approx(10, abs=5e-3)
 
 
-def test_the_frame_is_printed_unscaled_and_equal_frames_are_equal_files():
+def test_the_pdf_of_a_marker_frame_is_unscaled_and_reproducible():
     """The file has no date and no random names, so that a repeated frame is recognised as the existing file."""
     reader = pypdf.PdfReader(io.BytesIO(frame_of()), strict=True)
     assert reader.viewer_preferences is not None
@@ -202,7 +202,7 @@ def test_the_frame_is_printed_unscaled_and_equal_frames_are_equal_files():
         ({"face_mm": (20.0, 10.0), "size_mm": 20.0}, r"22\.5 mm .* 27\.5 mm"),
     ],
 )
-def test_a_frame_that_cannot_be_printed_is_refused_with_the_sizes(changes, refused):
+def test_the_error_for_a_marker_frame_that_cannot_be_printed_gives_the_sizes(changes, refused):
     with pytest.raises(InputError, match=refused):
         frame_of(**changes)
 

@@ -40,7 +40,7 @@ def test_the_stated_spread_of_the_scale_agrees_with_its_actual_errors():
     assert 0.5 < rms(np.array(stated)) / rms(np.array(errors)) < 2
 
 
-def test_the_stated_spread_from_clicked_corners_agrees_with_actual_errors():
+def test_the_stated_scale_spread_from_clicked_corners_agrees_with_actual_errors():
     """Four corners leave no misfit, so that an error of 1 px a click is assumed. Tolerance: the mapping's curvature."""
     rng = np.random.default_rng(3)
     view, corners_mm = camera(), np.array([[0.0, 0], [160, 0], [160, 40], [0, 40]])

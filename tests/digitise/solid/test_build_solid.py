@@ -148,6 +148,6 @@ BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.
         (arc_slot(10.0, 359.0, 3.0, CLOSED), {}, "no side to lean to"),
     ],
 )
-def test_cracks_that_give_no_solid_are_refused_with_the_reason(outline, changes, says):
+def test_a_crack_from_which_no_solid_can_be_built_is_refused_with_the_reason(outline, changes, says):
     with pytest.raises(InputError, match=says):
         build_solid(outline, shape(**changes))

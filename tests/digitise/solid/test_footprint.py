@@ -30,7 +30,7 @@ def hook(gap_mm: float, before_mm: float) -> Outline:
     ("gap_mm", "before_mm", "tilt"),
     [(3.3, 0.0, "funnel"), (10.0, 0.0, "vertical"), (10.0, 3.5, "funnel"), (6.0, 8.0, "vertical")],
 )
-def test_a_crack_that_returns_past_its_cut_end_has_one_cavity(gap_mm, before_mm, tilt):
+def test_a_crack_that_bends_back_past_its_cut_end_has_one_cavity(gap_mm, before_mm, tilt):
     """Its volume is that of the sections: the returning part is not filled, and nothing leaks past the cut."""
     outline, shape = hook(gap_mm, before_mm), CrackShape(depth_mm=10.0, tilt=tilt, wall_angle_deg=4.0)
     solid = build_solid(outline, shape)
@@ -44,7 +44,7 @@ def test_a_crack_that_returns_past_its_cut_end_has_one_cavity(gap_mm, before_mm,
     assert cavity.volume() == pytest.approx(expected_mm3, rel=1e-4)
 
 
-def test_a_crack_that_returns_into_its_own_cut_end_is_refused():
+def test_a_crack_that_bends_back_into_its_own_cut_end_is_refused():
     """An undercut widens the returning part, two millimetres before the end, into the end."""
     with pytest.raises(InputError, match=r"cut at \(0\.0, "):
         lay_out(hook(10.0, 3.5), CrackShape(depth_mm=10.0, tilt="undercut", wall_angle_deg=12.0), 2.2)
@@ -86,7 +86,7 @@ def slot_mm3(tilt: Tilt) -> float:
 
 
 @pytest.mark.parametrize(("ends", "tilt"), [(OPEN, "flare"), *((CUT, tilt) for tilt in TILTS)])
-def test_a_slot_with_a_depth_table_has_the_closed_forms_volume(ends, tilt):
+def test_a_slot_with_a_depth_table_has_the_volume_of_the_closed_form(ends, tilt):
     """The floor's triangles meet at the table's stations, so that no volume is lost."""
     solid = build(straight_slot(L, W, ends), HILLS, tilt)
     assert solid.cavity_volume_mm3 == pytest.approx(slot_mm3(tilt), rel=1e-6)

@@ -64,7 +64,7 @@ def test_an_undercut_angle_too_large_for_the_crack_is_refused(outline, largest_d
     assert "Reduce wall_angle_deg" in str(refusal.value)
 
 
-def test_a_wall_tooth_is_accepted_if_its_head_ends_above_the_floor():
+def test_a_tooth_of_the_wall_is_accepted_if_it_ends_above_the_floor():
     """The tooth is a head on a thin neck. Both end above the floor, so that no part of the sample hangs free.
 
     With an even angle from both sides a neck of 0.4 mm ends at 0.2 mm of the walls' move, a head of 1.2 mm at 0.6 mm.

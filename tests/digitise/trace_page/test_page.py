@@ -121,7 +121,7 @@ def test_malformed_requests_are_refused_and_save_nothing(page, saved):
     assert page.post("session", b"{}") is None
 
 
-def test_saving_passes_the_hints_on_and_closes_the_page(page, saved):
+def test_saving_stores_the_hints_and_closes_the_page(page, saved):
     answers = _posted(page, "save", {"hints": {"mm_per_px": 0.1}, "shape": {"depth_mm": 16}})
     assert answers == [{"saved": {"file": "crack.toml"}, "photos": []}]
     page.wait()
@@ -312,7 +312,7 @@ def test_every_response_has_the_security_headers(server, request_line):
 
 
 @pytest.mark.parametrize("sent", [b"\x16\x03\x01\x02\x00", b"\x00" * 5000, b"GET / HTTP/9.9\r\n\r\n", 0.5, 1.0])
-def test_garbage_and_broken_connections_do_not_stop_the_server(server, sent, capfd):
+def test_invalid_requests_and_broken_connections_do_not_stop_the_server(server, sent, capfd):
     """A number is the fraction of the request's head after which the client leaves; 1 is in the body."""
     head = _head_of_a_post(server, length=50)
     with _wire(server) as wire:
@@ -321,7 +321,7 @@ def test_garbage_and_broken_connections_do_not_stop_the_server(server, sent, cap
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_a_bug_prints_its_traceback_and_does_not_stop_the_server(server, capfd):
+def test_a_bug_prints_its_traceback_without_stopping_the_server(server, capfd):
     with pytest.raises((http.client.HTTPException, ConnectionError)):
         _ask(server, "POST", "bug", b"{}")
     assert _ask(server)[0] == 200

@@ -85,7 +85,7 @@ def test_the_trace_page_shows_the_same_path_and_walls_as_the_pipeline(in_mm, fil
     assert 0.95 < walls["area"] / (outline.length_mm * outline.mean_width_mm) < 1.02
 
 
-def test_without_a_scale_the_page_shows_all_lengths_in_pixels(in_px, in_mm):
+def test_the_page_shows_all_lengths_in_pixels_if_the_scale_is_unknown(in_px, in_mm):
     """The internal millimetre is then a pixel, which a user would take for a real millimetre."""
     assert in_px["scale"]["mm_per_px"] is None
     assert in_px["walls"]["unit"] == "px"
@@ -101,7 +101,7 @@ def test_an_invalid_scale_is_refused_but_the_crack_is_still_shown(session):
     assert answers["walls"]["unit"] == "px"
 
 
-def test_via_points_and_the_region_of_interest_are_used(session):
+def test_the_trace_page_uses_via_points_and_the_region_of_interest(session):
     """A refusal gives the name of the photo without its folder."""
     answers = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)), "path")
     assert answers["path"]["source"] == "via"
@@ -157,7 +157,7 @@ def test_a_search_of_the_whole_photo_does_not_delay_a_click(session, monkeypatch
     search.join(10)
 
 
-def test_only_the_newest_of_several_waiting_searches_is_made(session, monkeypatch):
+def test_only_the_newest_of_several_waiting_searches_is_run(session, monkeypatch):
     """Each field that is filled in starts a search; all of them together would slow down the last."""
     made, go_on = [], threading.Event()
 

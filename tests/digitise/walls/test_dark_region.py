@@ -54,7 +54,7 @@ def test_a_crack_among_stones_of_like_width_is_traced_as_a_dark_region(stony, ph
     assert any("too coarse to follow the walls" in warning.text for warning in outline.warnings)
 
 
-def test_bare_ground_beside_a_crack_is_refused_as_a_dark_region(stony, photo):
+def test_bare_ground_beside_a_crack_is_not_accepted_as_a_dark_region(stony, photo):
     first, last = stony.ends_px
     bare_px = stony.line_px[::20] + 150.0 * unit(last - first)[::-1] * (-1, 1)
     with pytest.raises(InputError, match=r"does not stand out as a crack|px are needed"):

@@ -1,4 +1,4 @@
-"""Warnings that a mean width needs: hairlines, narrow stretches, joints, and clicked ends beyond the crack."""
+"""Warnings about a mean width: hairlines, narrow stretches, joints, and clicked ends beyond the crack."""
 
 import cv2
 import numpy as np

@@ -24,7 +24,7 @@ def strokes(folder, *boxes, hole=((0, 0), (0, 0))):
     return with_paint(photo, drawn)
 
 
-def test_a_narrow_painted_side_crack_is_kept(tmp_path):
+def test_a_narrow_painted_side_crack_is_included_if_side_cracks_are_kept(tmp_path):
     """A painted stroke of 5 px has an exact width; in a photo, 5 px would be too narrow to measure."""
     photo = strokes(tmp_path, ((140, 164), (30, 470)), ((60, 140), (250, 255)))
     main, whole = (trace_outline(photo, find_path(photo, None), how_traced(branches=it)) for it in ("drop", "keep"))
@@ -92,7 +92,7 @@ def test_a_wall_follows_a_line_drawn_in_either_direction(tmp_path, step, aside_p
         ([[(200.0, 142.0), (260.0, 142.0)], [(220.0, 140.0), (240.0, 160.0)]], "walls_px, line 2, crosses"),
     ],
 )
-def test_a_wall_line_off_or_across_the_crack_is_refused(tmp_path, lines, named):
+def test_a_drawn_wall_line_off_or_across_the_crack_is_refused(tmp_path, lines, named):
     with pytest.raises(InputError, match=named):
         trace_outline(*crack(tmp_path), how_traced(walls_px=lines))
 

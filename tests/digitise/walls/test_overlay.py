@@ -45,7 +45,7 @@ def test_walls_centreline_and_ends_are_drawn_at_their_positions(scene):
     assert share_of_colour(picture, photo, outline.centreline_px[[0, -1]], ENDS) == 1
 
 
-def test_the_picture_of_cracks_to_choose_from_numbers_each_crack(scene):
+def test_each_crack_is_numbered_in_the_picture_of_possible_cracks(scene):
     photo, outline, _ = scene
     crack = FoundCrack(outline.centreline_px, 31.0, 1.0, unlike=0.0)
     picture = draw_cracks(photo, (crack,))
@@ -75,7 +75,7 @@ X_MM = np.linspace(0.0, 60.0, 121)
 LINE_MM = np.column_stack([X_MM, 8 * np.sin(X_MM / 15)])
 
 
-def test_a_bent_crack_is_straightened_with_its_left_side_up():
+def test_a_bent_crack_is_drawn_straight_with_its_left_side_up():
     outline, photo = outline_of_line(LINE_MM, np.array([[0.0, 3.0]]), None, "line")
     # A white spot 3 mm to the left of the crack's middle at s = 20 mm.
     station = int(np.argmin(np.abs(outline.s_mm - 20.0)))

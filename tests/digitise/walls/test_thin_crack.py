@@ -38,7 +38,7 @@ def test_the_width_of_a_thin_crack_is_fitted_within_10_percent(tmp_path):
     assert abs(figures.width_error_percent) < 10
 
 
-def test_the_interval_of_a_fitted_width_is_stored_and_propagates_to_the_volume(tmp_path):
+def test_the_stored_interval_of_a_fitted_width_propagates_to_the_volume(tmp_path):
     photo, path = seen(tmp_path, 5)
     outline = trace_outline(photo, path)
     assert outline.width_source == "fit"
@@ -57,7 +57,7 @@ def test_the_interval_of_a_fitted_width_is_stored_and_propagates_to_the_volume(t
     assert low_mm3 < solid.cavity_volume_mm3 < high_mm3
 
 
-def test_a_crack_below_two_pixels_has_a_path_but_no_width(tmp_path):
+def test_a_crack_narrower_than_two_pixels_has_a_path_but_no_width(tmp_path):
     crack = thin_crack(5, 1.0)
     cv2.imwrite(str(tmp_path / "photo.png"), crack.picture)
     (a, b), (c, d) = crack.ends_px.tolist()
@@ -83,7 +83,7 @@ def test_the_settings_width_mm_and_path_only_replace_the_measured_width(tmp_path
     assert (alone.width_source, alone.length_mm) == ("none", pytest.approx(gauged.length_mm))
 
 
-def test_a_thin_path_along_an_edge_is_refused(tmp_path):
+def test_a_thin_crack_whose_path_is_along_an_edge_is_refused(tmp_path):
     """The path is along one wall of a wide dark region, with bright ground on one side only."""
     picture = mortar()
     picture[150:] *= 0.1
@@ -106,7 +106,7 @@ def _between_unlike_sides(folder: Path) -> tuple[Photo, CrackPath]:
 
 
 @pytest.mark.parametrize("of", [_little_in_view, _between_unlike_sides])
-def test_a_width_that_cannot_be_fitted_leaves_only_the_clicked_path(tmp_path, of):
+def test_a_clicked_crack_whose_width_cannot_be_fitted_has_only_a_path(tmp_path, of):
     """A line that was not clicked is refused, since it may be no crack."""
     photo, path = of(tmp_path)
     outline = trace_outline(photo, path)
@@ -138,7 +138,7 @@ def fitted(width_px: float, darkness: float = 0.9, blur_px: float = 1.0, seed: i
 
 
 @pytest.mark.parametrize(("width_px", "within"), [(2, 0.1), (4, 0.04), (8, 0.02)])
-def test_the_mean_width_is_fitted_to_blurred_profiles(width_px, within):
+def test_a_fit_to_blurred_profiles_gives_the_mean_width(width_px, within):
     """The crack's inside has a tenth of the ground's light; the first estimate is 30 % too wide."""
     fit = fitted(width_px)
     assert fit.mean_px == pytest.approx(width_px, rel=within)
@@ -146,7 +146,7 @@ def test_the_mean_width_is_fitted_to_blurred_profiles(width_px, within):
     assert fit.widths_px == pytest.approx(width_px * np.linspace(0.7, 1.3, 60), rel=0.15, abs=0.2)
 
 
-def test_the_width_interval_of_a_hairline_includes_its_unknown_darkness():
+def test_the_width_interval_of_a_hairline_includes_the_effect_of_its_unknown_darkness():
     """Even in a perfect profile, the darkness between 0.8 and 1 is unknown at 1.5 px; at 8 px the profile shows it."""
     for width_px, most in ((1.5, np.inf), (8, 0.03)):
         light, ground = profiles(np.full(60, float(width_px)), 0.9, 1.5, 2, noise=0.005)

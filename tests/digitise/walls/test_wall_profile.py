@@ -44,7 +44,7 @@ def test_a_wall_is_found_to_a_twentieth_of_a_pixel(walls_of, shift):
 
 
 @pytest.mark.parametrize("rim_px", [3, 5])
-def test_a_lit_rim_counts_as_crack_and_does_not_move_the_other_wall(walls_of, rim_px):
+def test_a_lit_rim_is_included_in_the_crack_without_moving_the_other_wall(walls_of, rim_px):
     """The rim is 56 % as bright as mortar, blurred by 1 px, in grain of 5 %. A narrow rim shifts its wall by 0.9 px.
 
     At half the contrast the wall is drawn on the rim's inner side.

@@ -51,7 +51,7 @@ def test_error_free_weighings_give_wall_angle_depth_and_width(tilt, floor_mm, mo
     assert low_mm3 < true_mm3 < high_mm3
 
 
-def test_the_volumes_interval_includes_the_correlation_of_its_unknowns():
+def test_the_volume_interval_includes_the_correlation_of_width_angle_and_depth():
     """``steps`` is a root of the covariance: the volume is more certain than independent unknowns would make it."""
     _, _, weighed = weigh(slot(), shaped("flare"), fill_of(3.0, 5.0), 0.2, 1.0)
     root = np.array(weighed.steps)
@@ -111,7 +111,7 @@ def test_the_fit_includes_the_volume_of_an_undercut_around_the_tips():
     assert weighed.wall_angle_deg == pytest.approx(np.degrees(np.arctan(slope)), abs=0.02)
 
 
-def test_walls_wrongly_declared_parallel_give_a_warning_and_keep_their_tilt():
+def test_walls_wrongly_declared_parallel_give_a_warning_without_changing_the_tilt():
     _, shape, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM), fill_of(1.4, 3.0, level_sd_mm=0.1), 0.1, 0.2)
     assert (shape.tilt, shape.wall_angle_deg, weighed.steps[1]) == ("lean", 11.0, (0.0, 0.0, 0.0))
     assert any("tilt" in finding.text for finding in weighed.findings)
@@ -128,7 +128,7 @@ def test_all_depths_of_a_table_are_shifted_to_the_weighed_depth():
     assert weighed.depth_mm == pytest.approx(DEPTH_MM, abs=0.1)
 
 
-def test_an_outline_with_side_cracks_keeps_its_traced_width():
+def test_a_weighing_does_not_change_the_width_of_an_outline_with_side_cracks():
     outline = replace(slot(), branches_kept=True)
     moved, _, weighed = weigh(outline, shaped("flare"), fill_of(3.2, 5.2), 0.3, 0.2)
     assert moved is outline

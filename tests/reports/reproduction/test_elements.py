@@ -27,7 +27,7 @@ def test_every_file_and_definition_in_the_table_of_elements_exists():
         assert not symbol or symbol in defined_in(name), place
 
 
-def test_every_element_has_its_file_and_every_deviation_its_reason():
+def test_every_element_in_the_table_has_a_file_and_every_deviation_a_reason():
     for where, what, faith, lives, why in ROWS:
         assert faith in ("faithful", "deviates", "missing"), what
         assert bool(lives.strip()) == (faith != "missing"), (where, what)

@@ -50,7 +50,7 @@ def test_importing_sealtwin_or_printing_help_loads_no_heavy_library():
 
 
 @pytest.mark.parametrize("name", st.__all__)
-def test_every_public_name_is_documented_with_at_most_6_positional_arguments(name):
+def test_every_public_function_is_documented_and_has_at_most_6_positional_arguments(name):
     lines = (inspect.getdoc(getattr(st, name)) or "").splitlines()
     assert len(" ".join(lines).split()) >= 3
     if inspect.isclass(getattr(st, name)):
@@ -90,7 +90,7 @@ def result(way):
     return st.compare(st.measure_level(run, crack, solid), readings, crack, solid, gate_mm=50.0)
 
 
-def test_a_mask_may_be_an_array(way):
+def test_a_mask_that_is_given_as_an_array_is_traced(way):
     photo, crack = way[:2]
     painted = np.zeros(photo.image.shape[:2], np.uint8)
     cv2.fillPoly(painted, [np.round(crack.outline_px).astype(np.int32)], (255,))
@@ -160,7 +160,7 @@ def test_the_level_of_several_seeds_is_the_mean_of_their_levels(lab, tmp_path, m
     assert trial.level.level_mm == pytest.approx((table["seed_0_mm"] + table["seed_1_mm"]) / 2, abs=1e-6)
 
 
-def test_write_report_refuses_the_result_of_another_run_and_a_run_folder(way, result, tmp_path):
+def test_write_report_refuses_the_result_of_another_run_or_a_run_folder_as_target(way, result, tmp_path):
     _, crack, solid, path, run = way
     moved = replace(run, position_mm=run.position_mm + np.array([0, 0, 0.3]))
     with pytest.raises(InputError, match="result"):
@@ -171,7 +171,7 @@ def test_write_report_refuses_the_result_of_another_run_and_a_run_folder(way, re
     assert [file.name for file in tmp_path.iterdir()] == ["manifest.json"]
 
 
-def test_inject_takes_the_slopes_as_keywords(way):
+def test_inject_accepts_the_slope_of_the_sample_as_a_keyword(way):
     _, crack, solid, path, run = way
     fluid, solver = st.Fluid(U=30, D_cm=0.3), st.Solver(**COARSE)
     sloping = st.inject(crack, solid, path, fluid, solver=solver, gradient_deg=20)
@@ -203,7 +203,7 @@ def test_a_call_that_mixes_records_of_two_cracks_is_refused(way, result, name):
         MIXTURES[name](*way[2:], result.level)
 
 
-def test_equal_records_count_as_records_of_the_same_crack(way, result):
+def test_equal_records_are_accepted_as_records_of_the_same_crack(way, result):
     """A notebook's cell that is run again makes an equal crack, and so does a run folder."""
     photo, _, solid, _, run = way
     again = st.trace_crack(photo, ENDS_PX)
@@ -224,7 +224,7 @@ def test_equal_records_count_as_records_of_the_same_crack(way, result):
             mix()
 
 
-def test_declared_readings_pass_the_gate_unless_the_run_leaks(lab, way):
+def test_declared_readings_pass_the_gate_unless_particles_escaped(lab, way):
     """The other tests compare undeclared data, which cannot pass a gate."""
     crack, solid = st.trace_crack(st.read_photo(lab / "crack.png", mm_per_px=0.1, data="measured"), ENDS_PX), way[2]
     s_mm = np.linspace(0, crack.length_mm, 9)
@@ -274,7 +274,7 @@ def test_a_fluid_does_not_freeze_by_default():
         ("write_robot_program('P01', crack, path, {'name': 'x'})", "cell: taught"),
     ],
 )
-def test_each_wrong_argument_is_refused_by_its_name(way, call, named, tmp_path, monkeypatch):
+def test_the_error_for_each_wrong_argument_names_the_argument(way, call, named, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     records = dict(zip(("photo", "crack", "solid", "path", "run"), way, strict=True))
     with pytest.raises(st.InputError, match=re.escape(named)):
@@ -322,7 +322,7 @@ def test_a_shear_law_that_the_fast_model_lacks_is_refused(crack, solid, path):
         st.fill_fast(crack, solid, path, Casson(viscosity_pa_s=2.0, yield_stress_pa=6.0, shear_law="casson"))
 
 
-def test_rows_of_numbers_and_rows_with_column_names_are_read_alike(crack, solid):
+def test_rows_of_numbers_and_rows_with_column_names_give_the_same_readings(crack, solid):
     plain = st.read_readings([[10, -4.0, -4.2], [30, -3.0, np.nan], [50, -2.0, -2.2]], crack, solid)
     assert plain.level_mm == pytest.approx([-4.1, -3.0, -2.1])
     names = ["s [cm]", "depth 1 [mm]", "depth 2 [mm]", "remark"]
@@ -348,7 +348,7 @@ def test_rows_of_numbers_and_rows_with_column_names_are_read_alike(crack, solid)
         ("s_mm,foo\n10,4\n30,4\n", None, "columns={'levels': ...}"),
     ],
 )
-def test_faults_of_readings_name_python_keywords_and_no_trial_settings(tmp_path, rows, columns, words):
+def test_messages_about_readings_name_python_keywords_and_no_trial_settings(tmp_path, rows, columns, words):
     """Messages about lists once named the trial's [readings], a pairing.csv and a file in a scratch folder."""
     if isinstance(rows, str):
         (tmp_path / "sheet.csv").write_text(rows, encoding="utf-8")

@@ -62,7 +62,7 @@ def test_readings_whose_role_contradicts_their_use_are_refused(lab):
     assert not (lab / "out").exists(), "no crack is digitised before"
 
 
-def test_the_same_readings_cannot_calibrate_and_be_held_out(lab):
+def test_held_out_readings_that_equal_the_calibration_readings_are_refused(lab):
     held_out = _edited(lab, "held.toml", **{"calibrated-on": "held-out", '"tiny"': '"other"'})
     _refused(lab, [lab / "trial.toml"], YIELD, "held.toml", "has the same readings as", held_out=[held_out])
 
@@ -76,7 +76,7 @@ def test_the_same_readings_cannot_calibrate_and_be_held_out(lab):
         ({"solver.preset": (0.0, 1.0)}, ("solver.preset",)),
     ],
 )
-def test_an_invalid_range_of_a_free_setting_is_refused_by_name(lab, ranges, words):
+def test_free_settings_with_an_invalid_name_or_range_are_refused(lab, ranges, words):
     _refused(lab, [lab / "trial.toml"], ranges, *words)
 
 
@@ -94,7 +94,7 @@ def test_smooth_errors_and_ranges_are_of_the_trials_own_path(lab):
     twin.require([Free("path.trim_mm", 0.0, 3.0)])
 
 
-def test_a_malformed_free_option_is_refused_with_its_text():
+def test_the_error_for_a_malformed_free_option_quotes_its_text():
     for text in ("fluid.U", "fluid.U=3", "fluid.U=3:x", "=3:4"):
         answer = CliRunner().invoke(app, ["calibrate", "trial.toml", "--free", text])
         assert answer.exit_code == 2
@@ -179,7 +179,7 @@ def test_a_calibration_predicts_a_held_out_trial(tmp_path, monkeypatch):
     assert callable(st.calibrate), "a package of that name once took its place from the second call on"
 
 
-def test_a_shear_thinning_paste_is_written_with_k_and_n():
+def test_the_material_of_a_shear_thinning_paste_has_a_consistency_and_a_flow_index():
     """A run records K as its viscosity at a shear rate of 1/s; a free n has the interval of its draws."""
     fluid = Fluid(consistency_pa_s_n=4.0, flow_index=0.5, yield_stress_pa=7.0)
     trial = SimpleNamespace(fluid=fluid, uncertainty=Uncertainty())
@@ -201,7 +201,7 @@ def test_a_shear_thinning_paste_is_written_with_k_and_n():
 
 
 @pytest.mark.parametrize(("given", "drafts"), [({"solver.settle_s": 0.1}, True), ({"solver.radius_mm": 0.5}, False)])
-def test_runs_are_drafts_unless_the_solver_resolution_is_given(lab, monkeypatch, given, drafts):
+def test_calibration_runs_are_drafts_unless_the_solver_resolution_is_given(lab, monkeypatch, given, drafts):
     chosen = []
 
     def twin(_file, _library, how, *_, **__):

@@ -54,7 +54,7 @@ def exact(few_steps):
     return search(FREES, [_source(Twin())], FEWEST, lambda _: None)
 
 
-def test_the_intervals_contain_the_true_settings(exact):
+def test_the_intervals_of_a_calibration_contain_the_true_settings(exact):
     result = exact
     assert result.draws is not None
     assert len(result.points) == FEWEST
@@ -70,7 +70,7 @@ def test_the_intervals_contain_the_true_settings(exact):
     assert np.array_equal(result.draws, np.asarray(again.draws))
 
 
-def test_smooth_errors_widen_the_posterior_and_leave_the_search_unchanged(exact):
+def test_smooth_errors_widen_the_posterior_without_changing_the_search(exact):
     """A search that allowed for smooth errors would not come close to the readings."""
     source = _source(Twin())
     smooth_mm2 = np.full((len(S_MM), len(S_MM)), 0.3**2)
@@ -89,7 +89,7 @@ def test_readings_that_no_settings_explain_stop_the_search():
     assert not result.reaches[0].possible or result.least_implausibility > 1
 
 
-def test_a_lost_run_is_left_out_and_many_lost_runs_end_the_search():
+def test_a_lost_run_is_left_out_of_the_search_unless_many_runs_are_lost():
     result = search(FREES, [_source(Twin(lost={2}))], FEWEST, lambda _: None)
     assert result.possible
     assert len(result.posterior.emulators[0].processes.points) == FEWEST - 1

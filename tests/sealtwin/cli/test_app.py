@@ -39,11 +39,11 @@ def test_an_unusable_input_file_is_refused_before_the_simulation(trial, tmp_path
     assert content is not None or not (tmp_path / "run").exists()
 
 
-def test_an_absent_device_is_refused_with_its_name(trial, tmp_path):
+def test_the_error_for_an_absent_device_names_the_device(trial, tmp_path):
     assert "cuda:7" in refusal("run", trial, "--out", tmp_path / "run", "--device", "cuda:7", "--quiet")
 
 
-def test_an_output_folder_that_cannot_be_written_is_refused_by_name(trial, tmp_path):
+def test_the_error_for_an_output_folder_that_cannot_be_written_names_the_folder(trial, tmp_path):
     (tmp_path / "dangling").symlink_to(tmp_path / "none" / "there")
     (tmp_path / "mine").write_text("mine")
     for out in (Path("/proc/nowhere"), tmp_path / ("x" * 300), tmp_path / "dangling", tmp_path / "mine"):
@@ -78,8 +78,8 @@ def test_a_wrong_command_line_with_json_gives_the_error_as_json(line, named):
     assert not sealtwin(*shlex.split(line)).stdout
 
 
-def test_digitise_answers_in_json_and_a_second_call_changes_no_file(trial, tmp_path):
-    """Files of the run folder contain no path of this machine."""
+def test_a_second_digitise_command_for_the_same_trial_changes_no_file(trial, tmp_path):
+    """The JSON answer equals run.json. Files of the run folder contain no path of this machine."""
     run = tmp_path / "run"
     answer = sealtwin("digitise", trial, "--out", run, "--json")
     assert answer.exit_code == 0, answer.output

@@ -21,7 +21,7 @@ from tests.support.tiny_study import tiny_lab
 
 
 @pytest.mark.parametrize("text", ["1,2,3", "a,b", "nan,1", ""])
-def test_a_pair_that_is_not_two_finite_numbers_is_refused_with_its_option(text):
+def test_the_error_for_a_pair_that_is_not_two_finite_numbers_names_the_option(text):
     with pytest.raises(typer.BadParameter, match="--roi"):
         read_numbers(text, "X,Y", "--roi")
 
@@ -41,7 +41,7 @@ def test_a_depth_table_has_its_columns_in_any_order(tmp_path):
         ("x" * 300_000, "larger than"),
     ],
 )
-def test_an_unusable_depth_table_is_refused_with_its_fault(tmp_path, content, named):
+def test_an_unusable_depth_table_is_refused_with_the_reason(tmp_path, content, named):
     (tmp_path / "depths.csv").write_text(content)
     with pytest.raises(InputError, match=rf"depths\.csv.*{named}"):
         along(str(tmp_path / "depths.csv"), "--depth-mm")
@@ -103,7 +103,7 @@ def test_a_setting_that_is_given_twice_is_refused(options, others):
         ("path.volume_ml=1,000", "settings of this call: path.volume_ml = '1,000'"),
     ],
 )
-def test_a_setting_of_the_set_option_is_checked_like_a_trial_file(tmp_path, setting, named):
+def test_settings_of_the_set_option_are_checked_like_those_of_a_trial_file(tmp_path, setting, named):
     answer = sealtwin("digitise", FIXTURE / "trial.toml", "--out", tmp_path / "run", "--set", setting)
     assert answer.exit_code == 3
     assert named in answer.stderr
@@ -117,7 +117,7 @@ def lab(tmp_path, monkeypatch):
     return tmp_path / "lab"
 
 
-def test_a_run_folder_keeps_the_settings_of_earlier_commands(lab):
+def test_a_run_folder_stores_the_settings_of_earlier_commands(lab):
     """The same command computes nothing; another value repeats only the stages that depend on the value."""
     out = lab / "out"
 
@@ -160,7 +160,7 @@ def test_the_quick_command_assumes_no_setting_that_is_given(lab):
     assert 'tilt = "vertical"\n' in text
 
 
-def test_the_set_option_applies_to_all_runs_and_is_refused_for_varied_settings(lab):
+def test_the_set_option_of_sweep_is_accepted_only_for_settings_that_do_not_vary(lab):
     line = ("sweep", lab / "study.toml", "--out", lab / "out", "--device", "cpu", "--dry-run", "--set")
     assert sealtwin(*line, "nozzle.diameter_mm=1.9").exit_code == 0
     runs = json.loads((lab / "out" / "plan.json").read_text())["runs"]
@@ -185,7 +185,7 @@ OTHERS = {"--nworkers", "--nthreads", "--constraint", "--editable"}
 """Options of Dask and of pip."""
 
 
-def test_every_option_and_command_named_in_texts_exists():
+def test_every_option_and_command_that_a_text_names_exists():
     # Variables of a style sheet begin with two hyphens as well.
     drawn = {"theme.py", "charts.py"}
     code = (path for name in PACKAGES for path in (ROOT / name).rglob("*.py") if path.name not in drawn)
@@ -205,7 +205,7 @@ def test_every_option_and_command_named_in_texts_exists():
 @pytest.mark.parametrize(
     ("name", "texts"), [("--depth-mm", "1_0 nan 1e999 \u0663 1,000 0x1"), ("--jobs", "1_0 2,5 0 65")]
 )
-def test_a_decimal_comma_is_read_and_malformed_numbers_are_refused(name, texts):
+def test_options_accept_a_decimal_comma_but_no_malformed_number(name, texts):
     """Exit code 3 is that of the missing photo, so that the number was read."""
     line = ("digitise", "none.png", "--mm-per-px", "0.1", "--depth-mm", "0,5")
     assert sealtwin(*line).exit_code == 3
@@ -233,7 +233,7 @@ app.main()
 
 
 @pytest.mark.parametrize(("options", "printed"), [((), b"p\\u0142yta None"), (("--json",), "płyta None".encode())])
-def test_any_character_is_printed_and_library_warnings_are_not(options, printed, tmp_path):
+def test_commands_print_any_character_but_no_warnings_of_libraries(options, printed, tmp_path):
     """An encoding without a letter gets an escape, as on Windows; JSON is UTF-8. COLUMNS = 0 would make help blank."""
     environment = os.environ | {"PYTHONIOENCODING": "ascii", "COLUMNS": "0"}
     command = [sys.executable, "-c", ASIDE, *options]

@@ -28,7 +28,7 @@ def _quick(lab, *more):
     return CliRunner().invoke(app, ["quick", str(lab / "crack.png"), *given, "--out", str(lab / "out"), *more])
 
 
-def test_the_quick_command_writes_a_report_and_lists_its_assumptions(lab):
+def test_the_quick_command_writes_a_report_and_lists_the_assumed_settings(lab):
     """A trial that quick wrote with other ends is overwritten; a trial that the user edited is not."""
     assert _quick(lab, "--ends", "5,5", "20,190").exit_code == 3
     assert (lab / "out" / "trial.toml").is_file()

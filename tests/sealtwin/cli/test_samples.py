@@ -18,7 +18,7 @@ def write(path: Path, inches: bool = False) -> Path:
     return path
 
 
-def test_the_import_mesh_command_makes_a_digitised_run_folder(tmp_path):
+def test_the_import_mesh_command_writes_a_digitised_run_folder(tmp_path):
     scan, run = write(tmp_path / "scan.stl", inches=True), tmp_path / "run"
     command = ("import-mesh", scan, "--units", "inch", "--out", run)
     done = sealtwin(*command, "--json")
@@ -58,7 +58,7 @@ def test_a_crack_exported_to_dxf_and_imported_again_is_the_same(run, tmp_path):
         assert (folder / "trial.toml").is_file()
 
 
-def test_the_export_command_refuses_equal_names_other_folders_and_existing_files(run, tmp_path):
+def test_the_export_command_refuses_equal_run_names_foreign_folders_and_existing_files(run, tmp_path):
     twin, mine = shutil.copytree(run, tmp_path / "twin"), tmp_path / "mine"
     mine.mkdir()
     (mine / "crack_mask.png").write_text("mine")
@@ -80,7 +80,7 @@ def test_invalid_options_of_import_dxf_are_a_usage_error(tmp_path, options):
 
 
 @pytest.mark.parametrize(("name", "content"), [("a.dxf", b"\x00\xff" * 50), ("a.dwg", b"AC1032"), ("b", None)])
-def test_import_dxf_refuses_a_file_that_is_no_drawing(tmp_path, name, content):
+def test_import_dxf_refuses_a_file_that_is_not_a_drawing(tmp_path, name, content):
     if content is not None:
         (tmp_path / name).write_bytes(content)
     assert name in refusal(

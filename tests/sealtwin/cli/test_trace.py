@@ -97,7 +97,7 @@ def test_tracing_a_photo_writes_a_trial_beside_the_photo(trial, browser):
     assert "sealtwin run" in browser.answers[1][0]["saved"]["next"]
 
 
-def test_tracing_a_folder_goes_from_photo_to_photo(trial, browser):
+def test_tracing_a_folder_opens_its_photos_one_after_another(trial, browser):
     """A trial and its photo are one entry, a photo without a trial gets a trial, and a mask is no photo."""
     folder = trial.parent
     shutil.copy(folder / "photo.jpg", folder / "another.jpg")
@@ -132,7 +132,7 @@ def test_an_unusable_target_of_trace_is_refused_before_the_page_opens(trial, bro
     assert "not a readable photo" in refusal("trace", trial)
 
 
-def test_a_port_in_use_is_refused_by_its_number(trial):
+def test_the_error_for_a_port_in_use_names_the_port(trial):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert f"--port {port}: Address already in use" in refusal("trace", trial, "--port", port)

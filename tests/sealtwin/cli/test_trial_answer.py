@@ -69,7 +69,7 @@ def test_the_answer_about_a_crack_states_its_scale_with_residual_and_tilt(eviden
     assert "residual 0.004 mm, camera tilted 3.4 degrees" in scale
 
 
-def test_the_answer_lists_each_reason_why_the_fast_model_is_unfit(evidence):
+def test_the_printed_answer_lists_each_reason_why_the_fast_model_is_unfit(evidence):
     unfit = doubt("unfit.mound", "A mound."), doubt("unfit.over", "It runs over the face.")
     method, other = doubt("method.fast", "By the fast model."), doubt("fluid.bond", "The Bond number is 0.9.")
     fluid = dict.fromkeys(("particles", "escaped_particles", "spilled_particles"))
@@ -128,7 +128,7 @@ UNVARIED = {"extra runs", "few readings", "edited", "escaped"}
 
 
 @pytest.mark.parametrize("kind", COMPARED)
-def test_the_answer_states_the_outcome_of_each_kind_of_comparison(evidence, kind):
+def test_the_printed_answer_states_the_outcome_of_each_kind_of_comparison(evidence, kind):
     comparison, expected = COMPARED[kind]
     lines = lines_of(comparison(evidence))
     assert [text for text in expected if text not in "\n".join(lines)] == []
@@ -136,7 +136,7 @@ def test_the_answer_states_the_outcome_of_each_kind_of_comparison(evidence, kind
 
 
 @pytest.mark.parametrize("kind", WITHOUT_READINGS)
-def test_the_answer_states_each_kind_of_result_without_readings(kind):
+def test_the_printed_answer_of_a_trial_without_readings_states_the_kind_of_result(kind):
     parts, expected = WITHOUT_READINGS[kind]
     lines = lines_of(None, **parts)
     assert [text for text in expected if text not in "\n".join(lines)] == []

@@ -94,7 +94,7 @@ def _called(function, *arguments):
     return function(*arguments)
 
 
-def test_local_workers_open_no_port_and_can_end_during_a_task():
+def test_local_workers_open_no_port_and_can_be_stopped_during_a_task():
     """A process that reaches such a port could run code."""
 
     def tasks():
@@ -116,7 +116,7 @@ def _slept(seconds):
     return {one.laddr for one in sockets if one.status == "LISTEN"}
 
 
-def test_unread_results_do_not_keep_the_interpreter_from_ending():
+def test_unread_results_do_not_prevent_the_interpreter_from_exiting():
     """A printed traceback keeps the results alive, and the interpreter once waited for idle workers without end."""
     script = "from sealtwin.core.cluster import run_tasks\n"
     script += "results = run_tasks(pow, [(0, (1, 1)), (1, (1, 1)), (2, (1, 1))], 2)\nnext(results)"
@@ -163,7 +163,7 @@ def test_the_error_for_a_scheduler_without_dask_names_the_extra_to_install(monke
         ("no scheduler responds", "localhost:9"),
     ],
 )
-def test_an_unencrypted_or_silent_scheduler_is_refused(fault, address, monkeypatch):
+def test_an_unencrypted_or_unreachable_scheduler_is_refused(fault, address, monkeypatch):
     monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.2)
     with pytest.raises(InputError, match=f"--scheduler {address}: {fault}"):
         next(run_tasks(pow, [(0, (1, 1))], 0, address))

@@ -76,14 +76,14 @@ def test_a_long_invalid_value_is_refused_in_a_short_message(tmp_path, text, word
         ("inner = 3", "inner = 3: should be a table."),
     ],
 )
-def test_a_fault_of_a_settings_file_is_named_by_key_and_value(tmp_path, text, fault):
+def test_the_error_for_a_faulty_settings_file_names_the_key_and_its_fault(tmp_path, text, fault):
     assert refusal(text, tmp_path) == f"{tmp_path / 'cell.toml'}: {fault}"
 
 
 @pytest.mark.parametrize(
     "text", ["volume_ml" + ".a" * 5000 + " = 1", "volume_ml = " + "[" * 50_000, "= 1", "\udcff", "#" * 200_001]
 )
-def test_text_that_is_no_toml_is_refused_within_2_seconds(tmp_path, text):
+def test_text_that_is_not_toml_is_refused_within_2_seconds(tmp_path, text):
     began = time.process_time()
     assert "cell.toml" in refusal(text, tmp_path)
     assert time.process_time() - began < 2  # 0.1 s; tables in tables would take gigabytes and minutes

@@ -45,7 +45,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_temporary_file(tmp_path, faul
         ('"' + "x" * 200_000, "line 1|CSV"),
     ],
 )
-def test_a_damaged_table_is_refused_with_file_and_line(tmp_path, text, named):
+def test_the_error_for_a_damaged_table_names_the_file_and_the_position(tmp_path, text, named):
     path = tmp_path / "profile.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=rf"profile\.csv.*({named})") as fault:
@@ -108,7 +108,7 @@ def test_a_run_is_unchanged_after_writing_and_reading(tmp_path):
         ("health", {"volume_ratio": "all of it"}),
     ],
 )
-def test_a_run_with_an_invalid_field_is_refused_with_the_fields_name(tmp_path, key, value):
+def test_the_error_for_a_run_with_an_invalid_field_names_the_field(tmp_path, key, value):
     """Seen to fail without a check: a report was made from "particles": "many"."""
     written_run(tmp_path)
     path = tmp_path / "simulation.json"
@@ -159,7 +159,7 @@ def test_spreadsheet_formulas_in_exported_tables_are_written_as_text(start):
         ("outline.json", ("branches_mm",), [[[1, "deep"]]], "branches_mm.0 = [[1, 'deep']]"),
     ],
 )
-def test_an_invalid_edited_value_is_refused_with_file_key_and_value(tmp_path, file, keys, value, fault):
+def test_the_error_for_an_invalid_edited_value_names_the_file_and_the_key(tmp_path, file, keys, value, fault):
     outline = straight_slot()
     record_files.write_outline(tmp_path, outline)
     record_files.write_solid(tmp_path, build_solid(outline, CrackShape(depth_mm=8.0)))
@@ -179,7 +179,7 @@ NO_FILES = {
 
 
 @pytest.mark.parametrize(("make", "words"), NO_FILES.values(), ids=NO_FILES)
-def test_a_pipe_a_folder_and_an_oversized_file_are_refused_unread(tmp_path, make, words):
+def test_a_pipe_a_folder_and_an_oversized_file_are_refused_without_being_read(tmp_path, make, words):
     """Each reader would fill the memory or wait without end; ``opened`` reads in pieces."""
     path = tmp_path / "report.json"
     make(path)

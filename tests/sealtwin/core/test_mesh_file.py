@@ -1,4 +1,4 @@
-"""Mesh files of other programs are read as written, or refused by file and format."""
+"""Mesh files of other programs are read as written, or refused with the name of the file and its format."""
 
 import json
 import os
@@ -80,7 +80,7 @@ def test_a_text_ply_is_read_in_double_precision(tmp_path):
     assert read(tmp_path, ".ply", text).vertices[0, 0] == 0.1
 
 
-def test_a_mirrored_glb_node_moves_its_mesh_and_keeps_faces_outward(tmp_path):
+def test_the_mesh_of_a_mirrored_glb_node_is_moved_with_its_faces_outward(tmp_path):
     mirror = np.diag([-1.0, 2.0, 1.0, 1.0])
     mirror[:3, 3] = 1.0, 2.0, 3.0
     scene = trimesh.Scene()

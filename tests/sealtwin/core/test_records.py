@@ -7,7 +7,7 @@ from digitise.geometry.polyline import signed_area
 from tests.support.shapes import OPEN, straight_slot
 
 
-def test_mean_width_times_length_is_the_area_for_oblique_bulging_ends():
+def test_mean_width_times_length_is_the_area_of_a_crack_with_oblique_ends():
     """Both ends are at 30 degrees to the crack, and 0.8 mm narrower where the walls of a station first face each other.
 
     Stations 0.25 mm apart allow 1 %. The width of that station for the whole end would give 5 % too little.

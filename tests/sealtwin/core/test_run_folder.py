@@ -91,7 +91,7 @@ def test_a_run_killed_at_its_first_file_can_be_started_again(tmp_path):
         assert {path.name for path in folder.path.iterdir()} == {MANIFEST, HOLDER, LOCK}
 
 
-def test_a_path_that_is_no_run_folder_is_refused(tmp_path):
+def test_a_path_that_is_not_a_run_folder_is_refused(tmp_path):
     """The paths: another folder, a file, a folder below a file, a missing folder, and a name that is not UTF-8."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "trial.toml").write_text("mine")

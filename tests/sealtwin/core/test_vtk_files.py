@@ -62,7 +62,7 @@ def test_a_damaged_frame_is_refused_with_a_remedy(tmp_path, damage):
 
 
 @pytest.mark.parametrize("content", ["<VTKFile", '<VTKFile><DataSet file="a.vtp"/></VTKFile>', "<VTKFile/>"])
-def test_a_damaged_frame_collection_is_refused_with_the_files_to_delete(tmp_path, content):
+def test_the_error_for_a_damaged_frame_collection_names_the_files_to_delete(tmp_path, content):
     """A run reads the collection before rewriting it, so that 'simulate again' alone would never work."""
     path = tmp_path / "fill.pvd"
     path.write_text(content)

@@ -48,7 +48,7 @@ def test_ten_samples_in_different_dialects_become_ten_trials(sound):
     assert (rows_of(lab), hashes_of(lab) | {CATALOGUE: ""}) == (rows, in_lab | {CATALOGUE: ""})
 
 
-def test_every_planted_fault_is_reported_and_other_samples_are_ingested(tmp_path):
+def test_every_planted_fault_is_reported_without_stopping_other_samples(tmp_path):
     folder = make_lab_folder(tmp_path / "folder")
     for fault in FAULTS:
         fault.plant(folder)
@@ -76,7 +76,7 @@ def test_an_ingest_into_a_folder_with_other_files_is_refused(small, tmp_path):
 UNCHANGED = {"P01": "unchanged", "P02": "unchanged"}
 
 
-def test_a_changed_file_makes_a_revision_beside_the_unchanged_run(small, lab):
+def test_a_changed_file_of_a_sample_makes_a_revision_beside_the_unchanged_run(small, lab):
     (lab / "P01" / "run").mkdir()
     (lab / "P01" / "run" / "profile.csv").write_text("a level")
     old = hashes_of(lab / "P01")
@@ -125,7 +125,7 @@ def test_repeating_an_interrupted_ingest_completes_the_lab(small, two, tmp_path,
     assert sorted(path.name for path in lab.iterdir()) == sorted(path.name for path in unbroken.iterdir())
 
 
-def test_a_bug_in_one_sample_does_not_stop_other_samples(small, tmp_path, monkeypatch):
+def test_a_bug_in_one_sample_does_not_stop_the_ingest_of_other_samples(small, tmp_path, monkeypatch):
     real = steps.prepare
 
     def burst(prepared):
@@ -140,7 +140,7 @@ def test_a_bug_in_one_sample_does_not_stop_other_samples(small, tmp_path, monkey
     assert ingest_answer(ingested).exit_code == 1
 
 
-def test_an_unreadable_file_fails_its_sample_and_a_full_disk_stops_the_ingest(small, tmp_path, monkeypatch):
+def test_an_unreadable_file_fails_only_its_sample_but_a_full_disk_stops_the_ingest(small, tmp_path, monkeypatch):
     real, lab = steps.gather, tmp_path / "lab"
 
     def failing(at):
@@ -160,7 +160,7 @@ def test_an_unreadable_file_fails_its_sample_and_a_full_disk_stops_the_ingest(sm
         ingest(small, lab, QUIET)
 
 
-def test_a_file_that_changes_during_the_ingest_is_not_kept(small, tmp_path, monkeypatch):
+def test_a_file_that_changes_during_the_ingest_gives_a_question(small, tmp_path, monkeypatch):
     real = steps.keep
 
     def changing(*arguments):

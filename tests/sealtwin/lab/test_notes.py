@@ -42,7 +42,7 @@ def test_a_text_note_without_a_number_gives_no_setting(tmp_path, text):
     assert note_of(tmp_path, "P01.txt", text) == Note()
 
 
-def test_a_scale_of_a_sample_replaces_the_folders_scale_of_any_kind():
+def test_the_scale_of_a_sample_replaces_any_scale_of_the_folder():
     folder = Note(dict.fromkeys(("photo.mm_per_px", "crack.depth_mm", "fluid.U"), 1.0))
     sample = Note(dict.fromkeys(("photo.face_mm", "fluid.viscosity_pa_s"), 1.0))
     assert {*sample.over(folder).values} == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}
@@ -90,7 +90,7 @@ def poured(small):
     return small
 
 
-def test_a_fill_beside_the_readings_is_copied_and_used_for_the_solid(poured, tmp_path):
+def test_a_weighed_fill_beside_the_readings_is_copied_and_used_for_the_solid(poured, tmp_path):
     lab = tmp_path / "lab"
     asked = sealtwin("ingest", poured, "--out", lab, "--quiet").stdout
     (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")

@@ -45,7 +45,7 @@ OTHERS = "June/P01.jpg", "P1.jpg", "P01'.jpg", "P01 (2).jpg", "IMG_0412_P01.jpg"
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_similar_file_names_belong_to_other_samples(name):
+def test_file_names_that_are_only_similar_belong_to_other_samples(name):
     """Dates, names of cameras, remarks and primes were once ignored in names."""
     assert getattr(place_of(PurePath(name)), "key", "p01") != "p01"
 

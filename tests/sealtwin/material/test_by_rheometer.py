@@ -34,7 +34,7 @@ def test_bingham_is_chosen_for_a_straight_flow_curve(tmp_path):
 
 
 @pytest.mark.parametrize("n", [0.4, 1.3])
-def test_a_run_takes_k_and_n_of_a_fitted_herschel_bulkley_law(tmp_path, n):
+def test_a_run_uses_the_consistency_and_flow_index_of_a_fitted_law(tmp_path, n):
     """The run reads the material file through [fluid] material."""
     paste = measured(tmp_path, RATES, 12 + 3 * RATES**n)
     (tmp_path / "material.toml").write_text(material_text(paste), encoding="utf-8")
@@ -100,6 +100,6 @@ def test_95_percent_intervals_contain_the_true_values_in_95_percent_of_fits(n):
         ((1, 2, 4, 8, 16), (9, -8, 9, 9, 9), "row 3, column stress_pa: -8"),
     ],
 )
-def test_an_unusable_flow_curve_is_refused_with_its_fault(tmp_path, rate, stress, says):
+def test_an_unusable_flow_curve_is_refused_with_the_reason(tmp_path, rate, stress, says):
     with pytest.raises(InputError, match=says):
         measured(tmp_path, rate, stress)

@@ -35,14 +35,14 @@ KNOTS = Knots(OWN, 4)
 LIMITS = Limits((10.0, 500.0), (1.0, 6.0))
 
 
-def test_a_plan_of_the_paths_own_flow_and_speed_reproduces_the_path():
+def test_a_plan_with_the_flow_and_speed_of_a_path_reproduces_the_path():
     flow = OWN.flow_mm3_s.max()
     same = KNOTS.trajectory(np.concatenate([np.full(4, np.log(flow)), np.full(4, np.log(3.0)), [0.0, 0.0]]))
     for name in ("t_s", "speed_mm_s", "flow_mm3_s"):
         np.testing.assert_allclose(getattr(same, name), getattr(OWN, name), rtol=1e-9)
 
 
-def test_dwell_at_both_ends_adds_flow_times_dwell_time():
+def test_dwell_at_both_ends_adds_the_volume_of_flow_times_dwell_time():
     plan = np.concatenate([np.log([400, 100, 100, 100]), np.full(4, np.log(3.0)), [0.0, 0.0]])
     still = KNOTS.trajectory(plan)
     plan[-2:] = 1.5, 0.5
@@ -92,7 +92,7 @@ def test_underfill_and_overfill_are_volumes_relative_to_the_face():
 
 
 @pytest.mark.parametrize(("flow_max", "keep"), [(60.0, True), (20.0, False)])
-def test_a_required_flow_above_the_limit_is_refused_with_its_station(flow_max, keep):
+def test_the_error_for_a_required_flow_above_the_limit_names_the_station(flow_max, keep):
     """A section of 40 mm2 at 3 mm/s needs 120 mm3/s, and 30 at a quarter of that speed."""
     limits = limits_of(OWN, None, None, flow_max, keep)
     with pytest.raises(InputError) as refused:
@@ -102,7 +102,7 @@ def test_a_required_flow_above_the_limit_is_refused_with_its_station(flow_max, k
     assert f"a flow of {120 if keep else 30} mm3/s" in str(refused.value)
 
 
-def test_the_smallest_weighed_flow_of_a_pump_is_the_lower_limit():
+def test_the_smallest_weighed_flow_of_a_pump_is_the_lower_limit_of_a_plan():
     flows = np.array([200.0, 400.0, 600.0])
     pump = PumpTable("pump.csv", flows, flows, 0 * flows, 0.01)
     limits = limits_of(OWN, None, pump, 500.0, False)
@@ -132,7 +132,7 @@ def particles(tmp_path, monkeypatch) -> FastModelItself:
     return verifier(FastModelItself, tmp_path)
 
 
-def test_a_plan_expects_the_level_in_the_middle_of_the_crack(particles):
+def test_a_plan_predicts_the_level_in_the_middle_of_the_crack(particles):
     """The mean level across the crack would be 0.11 mm lower for this paste."""
     planned = plan_on(particles, PlanOptions(knots=3, verify=1, seeds=1))
     assert planned.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)

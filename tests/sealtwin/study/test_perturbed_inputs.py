@@ -84,7 +84,7 @@ def test_the_input_uncertainty_of_a_linear_model_equals_the_closed_form(fast, li
     assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
 
 
-def test_moved_inputs_change_the_level_of_the_fast_model(fast):
+def test_more_sealant_raises_the_level_and_a_deeper_crack_lowers_the_level(fast):
     """More sealant raises the level by its volume over the crack's area, and a deeper crack lowers the whole level."""
     base = base_of(fast)
     outline = base.sample.outline
@@ -104,7 +104,7 @@ def test_randomly_drawn_yield_stresses_and_viscosities_are_not_negative(fast):
     perturbed_inputs.level_of(base, steps, np.zeros(1))
 
 
-def test_a_wall_share_of_1_is_moved_down_and_not_up(fast):
+def test_a_wall_share_of_1_is_varied_only_downward(fast):
     """Paste that slides on the walls levels out further."""
     base = base_of(fast, wall_share=0.2)
     s_mm = np.linspace(0, base.sample.outline.length_mm, 101)
@@ -116,7 +116,7 @@ def test_a_wall_share_of_1_is_moved_down_and_not_up(fast):
 
 
 @pytest.mark.parametrize("weighed", [False, True])
-def test_a_pump_delay_leaves_the_beginning_empty_and_keeps_a_weighed_volume(fast, weighed):
+def test_a_pump_delay_reduces_the_dispensed_volume_unless_the_volume_was_weighed(fast, weighed):
     base = base_of(fast)
     if weighed:
         mass_g = base.sample.trajectory.dispensed_mm3 / 1e3
@@ -140,7 +140,7 @@ def test_an_input_at_its_bound_is_moved_inward_by_twice_its_uncertainty(tmp_path
         assert sorted({steps[name] for steps, *_ in variants if name in steps}) == pytest.approx(moves)
 
 
-def test_a_too_uncertain_pump_delay_and_a_wall_share_beside_drag_are_refused(fast):
+def test_a_too_uncertain_pump_delay_or_a_wall_share_together_with_drag_is_refused(fast):
     """A draw of such a delay could leave no flow at all."""
     base = base_of(fast, wall_share=0.1)
     flows_s = base.sample.trajectory.duration_s
@@ -164,7 +164,7 @@ def test_an_impossible_draw_is_reported_with_its_inputs(fast):
     ("model", "declared", "unfit", "drawn"),
     [(None, None, (), True), (None, None, UNFIT, False), (None, "particles", (), False), ("slot", None, UNFIT, True)],
 )
-def test_inputs_use_the_fast_model_within_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
+def test_input_draws_use_the_fast_model_in_its_domain_or_if_declared(fast, monkeypatch, model, declared, unfit, drawn):
     monkeypatch.setattr(perturbed_inputs, "fast_level", lambda _: (None, unfit))
     base = base_of(fast)
     assert takes_draws(replace(base, trial=base.changed({"solver.model": model, DIFFERENCES: declared}))) is drawn

@@ -113,7 +113,7 @@ def test_a_number_in_photos_csv_chooses_between_competing_cracks(tmp_path):
         pytest.param(("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png"), "a-x-2", id="a suffixed name that exists"),
     ],
 )
-def test_each_photo_has_its_own_folder(tmp_path, photos, last):
+def test_each_photo_of_a_batch_has_its_own_folder(tmp_path, photos, last):
     names = [item.name for item in plan([tmp_path / photo for photo in photos], GIVEN)]
     assert len({name.casefold() for name in names}) == 4
     assert names[3] == last
@@ -129,7 +129,7 @@ def test_masks_of_trials_and_hidden_files_are_not_taken_for_photos(tmp_path):
         assert [item.file.name for item in plan([path], GIVEN)] == names
 
 
-def test_a_bug_in_one_photo_is_reported_and_other_photos_are_digitised(tmp_path, lab, monkeypatch):
+def test_a_bug_in_one_photo_is_reported_without_stopping_other_photos(tmp_path, lab, monkeypatch):
     real = batch.run_stages
 
     def burst(job, stages):
@@ -153,7 +153,7 @@ def test_a_batch_does_not_overwrite_files_of_the_user(tmp_path, lab):
 
 
 @pytest.mark.parametrize("name", ["...jpg", ".png", ".lock.png", "photos.csv.png", "INDEX.html.png"])
-def test_a_photo_name_gives_no_parent_folder_and_no_file_of_the_batch(tmp_path, name):
+def test_a_photo_name_never_becomes_a_parent_folder_or_a_batch_file(tmp_path, name):
     """The stem of "...jpg" is "..": its run folder would be the folder above."""
     (tmp_path / name).touch()
     folder = plan([tmp_path / name], GIVEN)[0].name

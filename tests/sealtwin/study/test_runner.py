@@ -57,7 +57,7 @@ def scheduler():
         yield cluster.scheduler_address
 
 
-def test_a_cluster_gives_the_same_results_as_this_machine(lab, unbroken, tmp_path, scheduler):
+def test_a_cluster_gives_the_same_results_as_the_local_machine(lab, unbroken, tmp_path, scheduler):
     answer = sealtwin(
         "sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--accurate", "--scheduler", scheduler, "--quiet"
     )

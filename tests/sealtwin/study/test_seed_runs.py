@@ -66,7 +66,7 @@ def _levels(path: Path) -> dict[str, np.ndarray]:
     return {name: table[name] for name in present(table.dtype.names, "names")}
 
 
-def test_the_level_is_the_mean_of_runs_that_differ_in_the_seed_alone(single, three):
+def test_the_level_of_a_trial_with_several_seeds_is_the_mean_of_its_runs(single, three):
     levels = _levels(three)
     assert list(levels) == ["s_mm", "level_mm", "low_95_mm", "high_95_mm", "seed_0_mm", "seed_1_mm", "seed_2_mm"]
     assert (three / "profile.csv").read_bytes() == (single / "profile.csv").read_bytes(), "the first seed's own"

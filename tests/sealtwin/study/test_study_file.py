@@ -74,7 +74,7 @@ def test_each_fault_of_a_study_is_listed_once_with_its_runs_and_value(tmp_path):
          "solver.iterations = [" + ",".join(str(n) for n in range(200)) + "]", "40000 runs, but at most 20000 are"),
     ],
 )  # fmt: skip
-def test_an_invalid_study_file_is_refused_with_its_fault(tmp_path, varies, sentence):
+def test_an_invalid_study_file_is_refused_with_the_reason(tmp_path, varies, sentence):
     with pytest.raises(InputError) as caught:
         _plan(tmp_path, varies)
     assert sentence in str(caught.value)

@@ -49,7 +49,7 @@ def test_errors_on_the_map_equal_the_errors_of_the_sweep(unbroken, tmp_path):
 
 
 @pytest.mark.parametrize("lost", [0, 1, 4])
-def test_stored_fills_of_chosen_runs_are_drawn_and_missing_fills_are_named(done, lost):
+def test_the_map_draws_stored_fills_and_names_chosen_runs_without_fills(done, lost):
     """A sweep stores no fills of runs that share a launch, for example."""
     runs = read_plan(done).runs
     fill = read_fill(run_path(done, runs[0]) / FILL)
@@ -116,7 +116,7 @@ def test_a_map_of_a_missing_too_small_or_edited_study_is_refused(done, tmp_path)
         mapped_without_fills(done)
 
 
-def test_a_map_of_other_readings_needs_their_origin(done, lab, tmp_path):
+def test_a_map_of_other_readings_requires_the_origin_of_the_readings(done, lab, tmp_path):
     """The study's own sheet is recognised by its content under any name."""
     same = tmp_path / "same.csv"
     shutil.copyfile(lab.parent / "readings.csv", same)

@@ -58,7 +58,7 @@ def test_only_lost_edited_or_incomplete_results_are_computed_again(lab, unbroken
     assert not list(done.glob("runs/*/.*"))
 
 
-def test_a_study_with_changed_values_keeps_its_finished_runs(done, tmp_path, lab):
+def test_a_study_with_changed_values_reuses_its_finished_runs(done, tmp_path, lab):
     more = tiny_lab(tmp_path / "lab", '[grid]\n"fluid.U" = [1.0, 3.0, 300.0]\n"fluid.D_cm" = [0.3]\n')
     for study, states in ((more, ["waiting", "done", "done"]), (lab, ["done"] * 4)):
         sweep(study, done, replace(HERE, dry_run=True), Progress())
@@ -113,7 +113,7 @@ def test_runs_with_the_explicit_viscosity_solver_are_launched_one_by_one(fresh, 
     assert [type(outcome) for outcome in outcomes] == [runner.Sealing] * 2
 
 
-def test_a_failed_run_is_reported_with_its_reason_and_other_runs_finish(lab, fresh, unbroken, monkeypatch):
+def test_a_failed_run_is_reported_with_its_reason_without_stopping_other_runs(lab, fresh, unbroken, monkeypatch):
     """One run diverges and one meets a bug, in one launch with the two other runs."""
     seal = runner._seal
 
@@ -146,7 +146,7 @@ def test_a_failed_run_is_reported_with_its_reason_and_other_runs_finish(lab, fre
     assert results_of(fresh) == expected
 
 
-def test_a_run_with_particles_outside_the_walls_has_no_figures(fresh, monkeypatch):
+def test_a_run_whose_particles_went_through_a_wall_fails_without_results(fresh, monkeypatch):
     outcomes = Injection.outcomes
 
     def escaping(self):

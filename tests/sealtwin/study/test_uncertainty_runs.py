@@ -79,7 +79,7 @@ def _spread(path: Path):
         return read_spread(job)
 
 
-def test_extra_runs_have_three_particle_sizes_and_a_design_of_moved_inputs(varied):
+def test_extra_runs_have_three_particle_sizes_and_a_two_level_design_of_inputs(varied):
     """The trial's own run is the third of its size, and three inputs fit into a design of four runs."""
     runs = read_plan(varied / "uncertainty").runs
     assert [run.state for run in runs] == ["done"] * 12

@@ -91,7 +91,7 @@ def test_extra_runs_move_the_viscosity_table(tmp_path):
         assert curve.yield_stress_pa == (None if step_pa is None else (max(0.0, step_pa),) * 2)
 
 
-def test_a_run_takes_values_and_uncertainties_of_a_material_file(tmp_path, monkeypatch):
+def test_a_run_uses_values_and_uncertainties_of_a_material_file(tmp_path, monkeypatch):
     """The material is stored with the run; a declared [uncertainty] replaces that of the material."""
     leave_out_figures(monkeypatch)
     (tmp_path / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")

@@ -81,7 +81,7 @@ def no_figures(monkeypatch):
     leave_out_figures(monkeypatch)
 
 
-def test_the_run_command_writes_all_files_and_answers_with_the_result(unbroken):
+def test_the_run_command_writes_all_files_and_prints_the_result(unbroken):
     _, run, answer = unbroken
     assert _files(run).keys() == LEFT
     result, report = read_result(run), json.loads((run / "report.json").read_text(encoding="utf-8"))
@@ -228,7 +228,7 @@ def test_an_interrupted_run_continues_from_its_checkpoint(unbroken, tmp_path, no
 class ReachedError(Exception): ...
 
 
-def test_threads_apply_to_the_fluid_run_and_are_refused_on_a_gpu(copied, monkeypatch):
+def test_the_threads_option_applies_only_to_fluid_runs_on_a_cpu(copied, monkeypatch):
     def launcher(device: str, rows: object, threads: int, lanes: int) -> None:
         raise ReachedError(device, threads)
 

@@ -123,7 +123,7 @@ def test_a_robot_program_names_the_paths_source_and_files_edited_by_hand(run, ce
         ("acceleration_mm_s2", "acceleration", "motion.acceleration: no such key; did you mean 'acceleration_mm_s2'?"),
     ],
 )
-def test_an_unusable_robot_cell_is_refused_with_its_fault(run, cell, old, new, says):
+def test_an_unusable_robot_cell_is_refused_with_the_reason(run, cell, old, new, says):
     edit(cell, old, new)
     stderr = _refusal(run, "--cell", cell)
     assert "cell.toml: " in stderr
@@ -183,7 +183,7 @@ def test_a_new_path_removes_the_robot_programs_of_the_old_path(run, cell):
     assert "robot" not in files.read_json(run / "manifest.json")["stages"]
 
 
-def test_robot_example_writes_a_cell_file_and_takes_no_run_folder(tmp_path, run):
+def test_the_example_option_of_robot_writes_a_cell_file_without_a_run_folder(tmp_path, run):
     answer = sealtwin("robot", "--example", tmp_path / "mine.toml")
     assert answer.exit_code == 0
     assert (tmp_path / "mine.toml").read_text() == CELL.replace("{file}", "mine.toml")

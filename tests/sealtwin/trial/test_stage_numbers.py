@@ -91,7 +91,7 @@ def test_a_stage_that_reads_files_of_another_stage_number_gives_a_note(run, monk
         ("export RUN --format mask --out OUT", "digitise"),
     ],
 )
-def test_every_command_names_the_other_version_of_a_run_once(run, tmp_path, monkeypatch, words, raised):
+def test_every_command_states_once_that_another_version_computed_the_run(run, tmp_path, monkeypatch, words, raised):
     """Only the narration, which --quiet hides, once named the version."""
     (tmp_path / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"), encoding="utf-8")
     places = {"RUN": run, "CELL": tmp_path / "cell.toml", "OUT": tmp_path / "out"}

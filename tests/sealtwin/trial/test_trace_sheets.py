@@ -143,7 +143,7 @@ def test_a_trial_changed_since_the_page_was_opened_is_not_overwritten(path):
         opened.save(TRACED, SAME)
 
 
-def test_an_edit_that_would_change_other_lines_is_refused(path, monkeypatch):
+def test_an_edit_that_would_change_other_lines_of_a_trial_is_refused(path, monkeypatch):
     """The edited text is read and compared before it is written."""
     monkeypatch.setattr(trace_sheets, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
     with pytest.raises(InputError, match=r"Add these lines yourself: ends_px = \[\[12.5, 340.0\]"):

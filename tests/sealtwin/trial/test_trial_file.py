@@ -1,4 +1,4 @@
-"""Trial files: faults are named by key and value before anything runs; drafts of trials."""
+"""Trial files, whose faults are reported with their keys before anything runs, and drafts of trials."""
 
 import re
 import shutil
@@ -49,7 +49,7 @@ def _trial(tmp_path, *changes):
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],
 )
-def test_a_fault_of_a_trial_file_is_named_by_its_key(tmp_path, old, new, named):
+def test_the_error_for_a_faulty_trial_file_names_the_key(tmp_path, old, new, named):
     with pytest.raises(InputError) as fault:
         load_trial(_trial(tmp_path, (old, new)))
     for words in ["trial.toml", *named]:
@@ -73,14 +73,14 @@ def test_all_faults_of_a_trial_file_are_listed_together(tmp_path):
     assert len(str(fault.value).splitlines()) == 2
 
 
-def test_a_missing_file_a_device_and_a_folder_are_refused_as_trials(tmp_path):
+def test_a_missing_file_a_device_and_a_folder_are_refused_as_trial_files(tmp_path):
     (tmp_path / "zero.toml").symlink_to("/dev/zero")
     for name, named in (("none.toml", "no such file"), ("zero.toml", "no such file"), ("", "a folder; give")):
         with pytest.raises(InputError, match=named):
             load_trial(tmp_path / name)
 
 
-def test_the_starter_trial_is_valid_and_overwrites_no_file(tmp_path):
+def test_a_valid_starter_trial_is_written_but_overwrites_no_file(tmp_path):
     """The paste has the values that a rheometer measures, and the readings name the sheet."""
     trial_file, sheet = write_starter(tmp_path / "new")
     trial = load_trial(trial_file)
@@ -190,7 +190,7 @@ def trial_of(fluid: dict[str, Any], **solver: Any) -> Trial:
     "fluid",
     [{"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0}, {"viscosity_pa_s": 0.3}, {"viscosity_pa_s": 2.0, "D_cm": 0.1}],
 )
-def test_a_draft_keeps_the_viscosity_and_the_drag_of_the_trial(fluid):
+def test_a_draft_has_the_viscosity_and_the_drag_of_the_trial(fluid):
     sample, trial = poured(), trial_of(fluid, radius_mm=0.4)
     draft = drafted(trial, sample)
     assert draft.solver.preset == "draft"

@@ -40,7 +40,7 @@ def job(tmp_path) -> Job:
     return Job(trial, source, RunFolder(run, {"version": 1, "stages": {}}), sheet, "cpu", Progress())
 
 
-def test_a_sheet_keeps_the_labs_file_name_in_the_run_folder(job):
+def test_the_original_file_name_of_a_sheet_is_stored_in_the_run_folder(job):
     sheet = present(sheet_of(job), "sheet")
     assert (sheet.name, sheet.operator, sheet.date) == ("P01 Messung.csv", "A. B.", "1.3.2026")
     keep_origin(job)
@@ -89,7 +89,7 @@ def test_a_doubtful_reading_gives_a_warning_until_the_trial_confirms_the_cell(ru
     assert "cell C3" not in _warnings(run)
 
 
-def test_readings_are_compared_with_the_volume_only_if_the_volume_is_given(run):
+def test_readings_are_compared_with_the_dispensed_volume_only_if_the_volume_is_given(run):
     """By default the volume is that of the cavity, and the dispensed volume is then unknown."""
     (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
     with job_in(run) as job:
@@ -105,7 +105,7 @@ def test_readings_are_compared_with_the_volume_only_if_the_volume_is_given(run):
         assert ratios == [["2.74"], ["5.48"], []]
 
 
-def test_a_level_from_doubtful_settings_gives_no_doubt_about_readings(run):
+def test_readings_are_not_doubted_if_the_level_is_from_doubtful_settings(run):
     turned, simulation = Profile(np.array([0.0, 14.2]), np.array([0.0, -6.0])), run / "simulation.json"
     (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n1,-5\n4,-4\n7,-3\n10,-2\n13,-1\n")
     with job_in(run) as job:

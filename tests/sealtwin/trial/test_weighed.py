@@ -68,7 +68,7 @@ def test_a_weighed_fill_determines_depth_and_wall_angle_of_the_solid(tmp_path):
         ("mass_g;level_mm\n0,06;-4\n", "fill.csv, row 1: column 'mass_g;level_mm'"),
     ],
 )
-def test_an_invalid_row_of_a_fill_is_refused_with_row_and_column(tmp_path, fill, place):
+def test_the_error_for_an_invalid_row_of_a_fill_names_row_and_column(tmp_path, fill, place):
     assert place in refusal("run", lab_with(tmp_path, fill), "--out", tmp_path / "out")
 
 
@@ -90,7 +90,7 @@ def test_settings_that_contradict_a_fill_are_refused(tmp_path, crack, more, key)
         load_trial(lab_with(tmp_path, crack=crack, more=more))
 
 
-def test_extra_runs_of_a_weighed_fill_move_width_angle_and_depth_together(tmp_path):
+def test_extra_runs_of_a_weighed_fill_vary_width_angle_and_depth_together(tmp_path):
     exact = '[crack.fill]\nfile = "fill.csv"\nsurface_tension_n_m = 0\n'
     exact += "mass_sd_g = 0.002\nlevel_sd_mm = 0.05\nflush_sd_mm = 0.05"
     trial, out = lab_with(tmp_path, crack=exact), tmp_path / "out"

@@ -35,7 +35,7 @@ def test_neighbour_lists_agree_with_a_kd_tree_search():
         assert sorted(near) == sorted(walls[i])
 
 
-def test_an_overflow_of_neighbour_lists_names_the_first_affected_particle():
+def test_the_fault_of_an_overflowing_neighbour_list_names_the_first_affected_particle():
     crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
     engine = engine_with(crowd, slot())
     engine.find_neighbours()
@@ -72,7 +72,7 @@ def state_of(count: int, runs: int = 1) -> State:
     return State(Schedule(nowhere, nowhere, np.zeros(count, int), np.array([count]), 0.01, count, 1.0), "cpu", runs)
 
 
-def test_the_gpu_sort_lists_each_moving_particle_once_after_others_spilled():
+def test_the_gpu_sort_lists_each_moving_particle_once_if_others_have_spilled():
     """Entries that an earlier sort left are behind the last moving particle and are not counted."""
     state, launcher = state_of(200), Launcher("cpu", fixed(200, "cpu"))
     position = wp.array(np.pad(np.random.default_rng(6).uniform(0, 1, (200, 3)), ((0, 0), (0, 1))), dtype=wp.vec4)

@@ -14,7 +14,7 @@ STEP_S = substep_s(RADIUS_MM)
 @pytest.mark.parametrize(
     ("damping", "expected"), [(0.0, (0.0, 4)), (0.99, (0.0, 4)), (1.0, (0.5, 3)), (100.0, (0.5, 3)), (101.0, (0.0, 4))]
 )
-def test_carrying_pressure_over_between_substeps_needs_fewer_iterations(damping, expected):
+def test_medium_damping_allows_fewer_iterations_by_carrying_pressure_over(damping, expected):
     assert iterations_of(damping, alone=4) == expected
     assert iterations_of(damping, alone=1).number == 1
 

@@ -38,7 +38,7 @@ def slab(engine: FluidSolver, from_floor_mm: float, to_mm: float) -> NDArray[np.
     return (height > from_floor_mm) & (height < to_mm)
 
 
-def test_with_calibrated_walls_a_particle_has_the_volume_of_equation_6():
+def test_a_particle_between_calibrated_walls_has_the_volume_of_equation_6():
     """Vp rho / m is 1.00 +- 0.03. The paper's walls repel the fluid, and it is half as much again.
 
     Six columns of 4 to 4.8 mm gave 0.993 +- 0.009, for any placement of the wall particles.
@@ -95,7 +95,7 @@ def with_entries(entries: int, spacing_mm: float, monkeypatch: pytest.MonkeyPatc
     return engine_with(points, slot(), weights=(30.0, 0.3), **solver)
 
 
-def test_a_recorded_frame_has_room_for_longer_neighbour_lists_of_later_frames(monkeypatch):
+def test_a_recorded_frame_reserves_memory_for_longer_neighbour_lists_of_later_frames(monkeypatch):
     """Loose fluid packs closer after the first frame, the last in which lists may be enlarged.
 
     Seen to fail with the first frame's room in the recording: rows then lost their walls.

@@ -69,7 +69,7 @@ def sheared_cube(step_s: float, stress_pa: float) -> Tank:
 
 
 @pytest.mark.parametrize(("step_s", "stress_pa"), [(2.35e-3, 12.0), (0.1, 1e4), (10.0, 1e4)])
-def test_the_solve_takes_energy_however_stiff_the_paste_and_long_the_step(step_s, stress_pa):
+def test_the_implicit_solve_dissipates_energy_for_stiff_paste_and_long_steps(step_s, stress_pa):
     tank = sheared_cube(step_s, stress_pa)
     before = np.random.default_rng(1).normal(0, 50, tank.place_mm.shape)
     tank.set_velocity(before)
@@ -79,7 +79,7 @@ def test_the_solve_takes_energy_however_stiff_the_paste_and_long_the_step(step_s
     assert volume @ (tank.velocity_mm_s**2).sum(axis=1) < volume @ (before**2).sum(axis=1)
 
 
-def test_simple_shear_of_seven_per_second_is_measured():
+def test_the_shear_rate_of_a_simple_shear_flow_is_measured_to_5_percent():
     tank = sheared_cube(2.35e-3, 12.0)
     place = tank.place_mm
     tank.set_velocity(np.column_stack([7.0 * place[:, 2], 0 * place[:, :2]]))
@@ -104,10 +104,10 @@ def test_a_shear_wave_decays_at_its_exact_rate_with_each_kernel_and_solver():
         assert -np.log(left) == pytest.approx(100 * viscosity_cm2_s * k**2 * steps * step_s, rel=0.04), (solve, kernel)
 
 
-def test_no_wave_overshoots_in_a_pass():
-    """A pass takes ``STABLE`` of a velocity at most: the largest eigenvalue over the largest diagonal.
+def test_explicit_viscosity_passes_are_stable_for_every_velocity_field():
+    """The largest eigenvalue, found by power iteration, is below 1 / ``STABLE`` of the largest diagonal entry.
 
-    It is found by power iteration, and is no less than the diagonal, but for what the iteration leaves.
+    It cannot be smaller than that entry; the iteration may leave 1 % of error.
     """
     engine = filled_slot((30.0, 3.0))
     engine.viscosity.pass_explicit(engine.rows)
@@ -138,7 +138,7 @@ def test_wall_drag_without_viscosity_is_solved_exactly():
 
 
 @pytest.mark.parametrize("wall_share", [1.0, 0.4])
-def test_a_plug_is_slowed_by_the_wall_share_of_its_yield_stress(wall_share):
+def test_the_wall_drag_of_a_plug_is_the_wall_share_of_its_yield_stress(wall_share):
     """Paste slides as a plug between two walls. Rough walls, with a share of 1, brake it by 2 tau / width.
 
     The tolerance is 10 %, since five layers replace an integral and the wall particles are scattered.
@@ -159,7 +159,7 @@ def test_a_plug_is_slowed_by_the_wall_share_of_its_yield_stress(wall_share):
 
 
 @pytest.mark.parametrize("native", [True, False])
-def test_viscosity_links_too_large_for_float16_count_as_unsolved(native):
+def test_a_viscosity_solve_that_overflows_float16_is_reported_as_unsolved(native):
     """Every comparison of a NaN residual with the goal is false."""
     engine = still_block((1e13, 0.0), native=native)
     set_velocity(engine, chaos(engine))

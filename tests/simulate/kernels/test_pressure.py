@@ -57,7 +57,7 @@ def test_pressure_does_not_move_two_coincident_particles():
     assert positions_mm(engine) == pytest.approx(np.array([[3.0, 0.0, 40.0], [3.0, 0.0, 40.0]]), abs=1e-5)
 
 
-def test_corrections_cannot_push_the_liquid_as_a_whole():
+def test_pressure_corrections_do_not_move_the_centre_of_mass():
     """Action equals reaction: (lambda_i + lambda_j) grad W is antisymmetric (PBF eq. 12).
 
     Broken on purpose with 2 lambda_i, the centre of mass drifts 4e-3 mm and this fails.
@@ -95,7 +95,7 @@ def test_frozen_neighbours_push_twice_as_far_with_preset_accurate_as_with_paper(
 
 
 @pytest.mark.parametrize("slope", [LEVEL, SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)], ids=["level", "steep"])
-def test_free_fall_with_damping_has_the_closed_forms_velocity(slope):
+def test_free_fall_with_damping_has_the_velocity_of_the_closed_form(slope):
     """V = g/eta (1 - exp(-eta t)) along the plumb line, to the first order of a step of 1.8 ms."""
     engine = engine_with(np.array([[3.0, 0.0, 500.0]]), slot(), damping_per_s=2.0, slope=slope)
     for _ in range(100):

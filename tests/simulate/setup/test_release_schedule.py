@@ -54,7 +54,7 @@ DEEPENING = Sections(s_mm=np.array([0.0, 80.0]), depth_mm=np.array([4.0, 16.0]),
 
 
 @pytest.mark.parametrize(("ratio", "count"), [(1.0, 1), (2.0, 2), (2.4, 3), (3.0, 7), (4.31, 12)])
-def test_a_disc_holds_the_largest_known_number_of_circles(ratio, count):
+def test_a_disc_is_packed_with_the_largest_known_number_of_circles(ratio, count):
     """Known packings of circles in a circle on a hexagonal lattice."""
     packed = pack_disc(ratio * 0.4, 0.4)
     assert len(packed) == count

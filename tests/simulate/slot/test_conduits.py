@@ -58,7 +58,7 @@ def test_a_wall_share_scales_yield_stress_and_consistency():
     assert slides > 0
 
 
-def test_flow_starts_at_the_yield_stress_and_has_the_right_derivative():
+def test_the_flow_is_0_below_the_yield_stress_with_an_exact_derivative_above():
     through = PlaneFlow(np.array([4.0]), np.array([3.0]), 1.0)
     assert not np.any([through.flow_mm3_s(np.array([push])) for push in (-3.999, 0.0, 3.999)])
     for push in (-9.0, -4.001, 4.001, 5.0, 40.0):

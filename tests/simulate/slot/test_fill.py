@@ -62,7 +62,7 @@ def test_paste_at_rest_has_the_steepest_slope_that_its_walls_support():
     np.testing.assert_allclose(rises[deep], upper[deep], rtol=0.03)
 
 
-def test_a_newtonian_fluid_spreads_as_barenblatts_similarity_solution():
+def test_a_newtonian_fluid_spreads_as_in_barenblatts_similarity_solution():
     """Between plates h_t = k (h h_x)_x, k = rho g w^2 / 12 mu: a parabola whose ends move as t^(1/3)."""
     width_mm, viscosity, volume_mm3, after_s = 0.4, 0.5, 240.0, 20.0
     crack = slot(120.0, width_mm, 60.0, "vertical", 0.0)

@@ -16,7 +16,7 @@ def upright(cells: int = 600) -> Trapezoids:
     return sections_of(outline, solid, cells, reach_per_mm=1.0)
 
 
-def test_a_mound_of_paste_has_the_closed_forms_height_and_flanks():
+def test_a_mound_of_paste_has_the_height_and_flanks_of_the_closed_form():
     """It is 4 tau / rho g high under the nozzle; outside, the square of the height falls by 2 tau / rho g per mm."""
     sections = upright()
     rise_mm = mound_mm2(sections, 1e4, **UNDER) / 5.0

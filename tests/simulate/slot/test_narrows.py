@@ -62,7 +62,7 @@ FIT = {
 
 
 @pytest.mark.parametrize("crack", FIT.values(), ids=FIT)
-def test_a_crack_that_sections_describe_is_fit_for_the_fast_model(crack):
+def test_a_crack_without_a_severe_constriction_is_fit_for_the_fast_model(crack):
     """At a slope of 0.45, the model's steepest, the step would be a third of the allowed step."""
     solid, outline = crack()
     sections = sections_of(outline, solid, 60, reach_per_mm=0.0)

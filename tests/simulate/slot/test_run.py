@@ -34,7 +34,7 @@ def poured(volume_ml: float = 1.2, solver: Solver = FAST, **fluid: Any) -> tuple
         ({"volume_ml": 1.6, "yield_stress_pa": 11.0}, "above-face"),
     ],
 )
-def test_a_case_outside_the_fast_models_domain_is_unfit_with_a_reason(change: dict[str, Any], key: str):
+def test_a_trial_outside_the_domain_of_the_fast_model_is_unfit_with_a_reason(change: dict[str, Any], key: str):
     run, profile = poured(**change)
     assert f"unfit.{key}" in [why.key for why in run.unfit]
     assert run.fast_fill is not None
@@ -44,7 +44,7 @@ def test_a_case_outside_the_fast_models_domain_is_unfit_with_a_reason(change: di
 
 
 @pytest.mark.parametrize(("room", "fit"), [(1.04, True), (1.06, False), (0.94, False)])
-def test_a_cavity_more_than_5_percent_off_its_sections_is_unfit(room: float, fit: bool):
+def test_a_cavity_whose_volume_differs_by_5_percent_from_its_sections_is_unfit(room: float, fit: bool):
     """Side cracks, or closed tips of walls that widen downward, make such a difference."""
     solid, outline = slot(40.0)
     roomy = replace(solid, cavity_volume_mm3=room * solid.cavity_volume_mm3)
@@ -114,7 +114,7 @@ def sample(volume_ml: float) -> Sample:
     return sample_of(crack, path(crack[1], volume_ml, trim_mm=6.0))
 
 
-def test_the_fast_model_fills_the_low_end_of_a_sloping_sample_higher():
+def test_the_low_end_of_a_sloping_sample_has_the_higher_level_in_the_fast_model():
     """With a gradient of 6 degrees thin paste runs towards -x, where its level is over 1 mm higher."""
     level = Pour(sample(1.2), (Fluid.model_validate(PASTE | {"yield_stress_pa": 1.0}),), FAST)
     sloped = replace(level, slope=SampleSlope(gradient_deg=6.0))

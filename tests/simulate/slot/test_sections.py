@@ -18,8 +18,8 @@ def made(tilt: str, angle_deg: float, reach_per_mm: float = 0.5) -> Trapezoids:
 
 
 @pytest.mark.parametrize("tilt", WAYS)
-def test_height_and_area_are_inverse_and_width_is_the_derivative_of_area(tilt: str):
-    """Seen to fail with the other root of the quadratic, at upright walls."""
+def test_the_height_area_and_width_of_a_section_are_consistent(tilt: str):
+    """Height inverts area, and width is its derivative. Seen to fail with the other root of the quadratic."""
     sections = made(tilt, WAYS[tilt])
     for height_mm in np.outer([-0.1, 0.0, 0.01, 0.5, 5.0, 8.0, 15.9, 16.5, 17.0, 19.0, 22.0, 30.0, 60.0], np.ones(40)):
         area_mm2, width_mm = sections.area_mm2(height_mm)
@@ -29,7 +29,7 @@ def test_height_and_area_are_inverse_and_width_is_the_derivative_of_area(tilt: s
             np.testing.assert_allclose(width_mm, (high - low) / 2e-4, rtol=1e-6)
 
 
-def test_the_plug_of_a_square_duct_has_the_radius_of_cheegers_constant():
+def test_the_plug_radius_in_a_square_duct_follows_from_cheegers_constant():
     """Cheeger's constant of a square of side 1 is 2 + sqrt(pi); the section is its lower half."""
     radius_mm = Trapezoids.holding_mm(np.array([0.5]), np.array([2.0]))
     assert radius_mm[0] == pytest.approx(1 / (2 + np.sqrt(np.pi)), rel=1e-12)

@@ -1,4 +1,4 @@
-"""Answers of sealtwin to files of the forms that went wrong in other software, by public reports.
+"""Files of the kinds that failed in other software, according to public bug reports, are given to sealtwin.
 
 The reports were drawn six times, and the faults that a draw showed were mended before the next; these are the forms
 that no quick test has. The others are in tests/wrong_inputs, tests/sealtwin/core (meshes), tests/validate/readings

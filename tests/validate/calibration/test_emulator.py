@@ -39,7 +39,7 @@ def test_predictions_of_the_emulator_agree_with_scikit_learn():
     assert np.allclose(variance[:, 0], deviation**2, rtol=1e-7)
 
 
-def test_the_likelihood_agrees_with_scikit_learn_and_has_the_right_gradient():
+def test_the_likelihood_agrees_with_scikit_learn_and_its_gradient_with_differences():
     logs = np.log([*LENGTH, VARIANCE, NUGGET])
     value, gradient = minus_log_posterior(logs, POINTS, SCORE, RELATIVE)
     prior = (np.log(LENGTH) ** 2).sum() / np.log(FACTOR) ** 2 / 2

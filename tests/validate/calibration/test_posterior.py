@@ -87,7 +87,7 @@ def test_readings_unlike_all_simulated_shapes_cannot_be_reproduced_by_calibratio
     assert rare.components == 6
 
 
-def test_allowing_for_a_smooth_error_widens_a_setting_with_that_effect():
+def test_a_smooth_error_widens_the_posterior_of_a_setting_with_the_same_effect():
     """The first setting changes the mean level, as does an error that is the same at all stations."""
     exact = _posterior((0.4, 0.6))
     smooth_mm2 = smooth_errors_mm2(S_MM, (S_MM[0], S_MM[-1]))

@@ -24,7 +24,7 @@ def compare(runs, readings):
     return tuple(hold(run, readings, axes) for run in runs), axes
 
 
-def test_a_constant_offset_of_the_level_is_its_mean_error_and_its_bias():
+def test_a_constant_offset_of_the_level_is_the_mean_error_and_the_bias():
     """The tolerance of 1e-9 mm is rounding over 400 pieces."""
     chart = make_chart()
     expected = [error_mm(*run.values) for run in chart.runs]
@@ -45,7 +45,7 @@ def test_a_constant_offset_of_the_level_is_its_mean_error_and_its_bias():
         (0.1, 5.0, {(u, d_cm) for u in U for d_cm in D_CM if error_mm(u, d_cm) <= 0.5 * 4 / 3}),
     ],
 )
-def test_pairs_within_the_uncertainty_of_readings_and_runs_fit_equally_well(readings_mm, runs_mm, near):
+def test_setting_pairs_within_the_uncertainty_of_readings_and_runs_fit_equally_well(readings_mm, runs_mm, near):
     """All runs are too high, so an error of the readings changes all of their errors equally."""
     readings = make_readings(scatter_mm=readings_mm)
     compared, _ = compare(make_runs(), readings)
@@ -54,7 +54,7 @@ def test_pairs_within_the_uncertainty_of_readings_and_runs_fit_equally_well(read
     assert 0 < len(near) < len(compared)
 
 
-def test_pairs_that_fit_equally_well_are_named_with_the_scatter_of_runs():
+def test_setting_pairs_that_fit_equally_well_are_named_with_the_scatter_of_runs():
     chart = make_chart()
     assert "fit equally well: U = 30 and D from 0.01 to 3 cm" in chart.flatness
     assert "0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
@@ -64,7 +64,7 @@ def test_pairs_that_fit_equally_well_are_named_with_the_scatter_of_runs():
     assert chart.exclusion == "All 39 runs of the study are ranked."
 
 
-def test_runs_of_one_pair_with_other_seeds_count_as_replicates():
+def test_runs_with_equal_settings_and_different_seeds_are_replicates():
     """Errors are 0.5 and 0.7 mm, and 1.0, 1.1 and 1.2 mm: sums of squares of 0.02 each, over 3 degrees of freedom."""
     once, twice, third = make_chart().runs[:3]
     again = [_with_error(run, mm) for run, errors in ((once, (0.5, 0.7)), (twice, (1.0, 1.1, 1.2))) for mm in errors]
@@ -91,7 +91,7 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
     return replace(run, mean_error_mm=error_mm, profile=replace(run.profile, level_mm=level_mm))
 
 
-def test_the_chosen_runs_include_the_corners_of_the_map_and_the_best():
+def test_the_chosen_runs_include_the_corners_of_the_map_and_the_best_run():
     chart = make_chart()
     places = {run.values for run in chosen_few(chart)}
     assert {(U[0], D_CM[0]), (U[-1], D_CM[0]), (U[0], D_CM[-1]), (U[-1], D_CM[-1]), BEST} <= places
@@ -117,7 +117,7 @@ def test_settings_that_do_not_form_a_map_are_refused_in_one_sentence(settings, w
         axes_of(settings)
 
 
-def test_random_draws_of_settings_do_not_count_as_a_grid():
+def test_random_draws_of_settings_are_not_treated_as_a_grid():
     """A line through values with one run each would show noise as an influence."""
     across, _ = axes_of(rows(*[(value, 7 * value % 12) for value in range(12)]))
     assert not across.is_graded(runs=12)

@@ -19,7 +19,7 @@ from validate.uncertainty.computed import Effect, Spread
 from validate.uncertainty.validation import predict
 
 
-def test_all_rows_share_the_axis_along_the_crack_and_errors_are_bars(evidence):
+def test_all_rows_of_the_first_figure_share_the_axis_along_the_crack(evidence):
     shown = first_figure(evidence)
     for layout, rows in ((WIDE, 4), (NARROW, 3)):
         axes = shown.draw(layout).axes
@@ -48,7 +48,7 @@ def test_the_error_strip_shows_the_largest_error_even_between_readings(evidence)
     assert any(top_mm == pytest.approx(half_mm) for top_mm in tops_mm)
 
 
-def test_the_mean_of_several_runs_has_the_band_of_a_further_run(evidence, tmp_path):
+def test_the_figure_of_a_mean_of_runs_shows_the_band_of_a_further_run(evidence, tmp_path):
     """A prediction is drawn without this band, since its own band includes the scatter."""
     alone = replace(evidence, readings=None, comparison=None, seeds=SEEDS)
     axes = first_figure(alone).draw(NARROW).axes[1]

@@ -10,7 +10,7 @@ from validate.figures.solid_pictures import draw_side_view
 from validate.figures.theme import AIR, as_svg, in_page
 
 
-def test_the_air_around_sealant_stays_light_on_a_dark_page(scene, frames, evidence):
+def test_the_background_of_sealant_is_light_even_on_a_dark_page(scene, frames, evidence):
     """Every panel with particles has a background whose colour does not follow the page.
 
     Broken on purpose with the figure saved as transparent, the panels lose their backgrounds too.

@@ -160,7 +160,7 @@ def test_the_baseline_of_the_dispensed_volume_is_a_flat_level():
         (0.1, "No baseline is nearer: a flat line (2.00 mm), a parabola (1.00 mm), a curve (0.50 mm)."),
     ],
 )
-def test_the_simplest_baseline_nearer_than_the_simulation_is_named(error_mm, sentence):
+def test_the_simplest_baseline_that_is_nearer_than_the_simulation_is_named(error_mm, sentence):
     baselines = Baseline("a flat line", 1, 2.0), Baseline("a parabola", 3, 1.0), Baseline("a curve", 4, 0.5)
     assert nearer_baseline(error_mm, baselines) == sentence
     assert nearer_baseline(error_mm, ()) == "There is no baseline to compare it with."

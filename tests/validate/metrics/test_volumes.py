@@ -136,7 +136,7 @@ def whole_mm3(cavity: CavityByLevel, level_mm: float = 0.0) -> Floats:
     ],
     ids=["flare with tips", "stone", "side crack"],
 )
-def test_volumes_of_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, depth_mm):
+def test_volumes_of_stretches_add_up_to_the_volume_of_the_cavity(outline, tilt, angle_deg, depth_mm):
     """The tolerance is 0.2 %, since rising floors cross layers of 0.25 mm."""
     solid = built(outline, depth_mm, tilt, angle_deg)
     assert whole_mm3(cavity_by_level(outline, solid)).sum() == pytest.approx(solid.cavity_volume_mm3, rel=2e-3)
@@ -190,7 +190,7 @@ def test_the_mouth_includes_chamfers_but_no_hollows_of_a_rough_face(tmp_path, ri
     assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), 1.0), abs=tolerance + 0.01)
 
 
-def test_a_side_cavity_is_counted_from_its_floor_to_its_roof(tmp_path):
+def test_the_volume_in_a_side_cavity_is_measured_from_its_floor_to_its_roof(tmp_path):
     floor_mm, roof_mm, width_mm = -6.1, -5.9, 6.0
     shelf = [(21.9, floor_mm), (LEFT_MM + width_mm, floor_mm), (LEFT_MM + width_mm, roof_mm), (21.9, roof_mm)]
     sample = brought(tmp_path, slot() + along_x(shelf))

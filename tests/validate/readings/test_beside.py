@@ -52,7 +52,7 @@ SENTENCES = (
 
 
 @pytest.mark.parametrize("text", ["", "-", "/", "...", "(-)", *HARMLESS.split("|")])
-def test_a_text_of_known_words_needs_no_question(text):
+def test_a_text_of_known_harmless_words_needs_no_question(text):
     assert is_harmless(text)
 
 
@@ -84,7 +84,7 @@ def test_long_texts_are_checked_within_two_seconds():
 
 
 @pytest.mark.parametrize(("names", "change"), [(SHEETS, False), (SHEETS_WITH_A_CHANGE, True)])
-def test_changes_in_names_of_sheets_and_files_are_recognised(names, change):
+def test_names_of_sheets_and_files_that_state_a_change_of_readings_are_recognised(names, change):
     assert [name for name in names.split("|") if changes(name) is not change] == []
 
 

@@ -66,7 +66,7 @@ def test_cells_other_than_numbers_are_read_with_their_kind(first, read):
     assert rows[4] == [Cell("1900-01-16 12:00", "date"), Cell("1,5"), Cell("#VALUE!", "error")]
 
 
-def test_marks_are_read_only_for_cells_with_content(first, read):
+def test_colours_and_strikethrough_are_read_only_for_cells_with_content(first, read):
     yellow, struck, red = PatternFill("solid", fgColor="FFFFFF00"), Font(strike=True), Font(color="FFFF0000")
     first["C2"] = CellRichText("2.1 ", TextBlock(InlineFont(strike=True), "2.3"))
     first["A2"].font, first["B2"].fill, first["B3"].font = struck, yellow, red

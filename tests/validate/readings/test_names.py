@@ -63,7 +63,7 @@ def test_the_meaning_of_an_ambiguous_column_name_is_not_guessed(name):
     assert meaning(name) is None
 
 
-def test_signs_and_factors_in_a_column_name_are_noticed():
+def test_signs_and_factors_in_a_column_name_are_detected():
     assert [name for name in (NO_LENGTHS + "|" + RESTS).split("|") if not parsed(name).has_rest] == []
     assert [name for name in LENGTHS.split("|") if parsed(name).has_rest] == []
     read = [name for what, names in NAMES.items() if what.role in READ for name in names.split("|")]

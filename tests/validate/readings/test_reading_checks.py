@@ -111,7 +111,7 @@ ASKED = {
 
 
 @pytest.mark.parametrize(("table", "facts", "asked"), ASKED.values(), ids=ASKED)
-def test_suspicious_readings_are_named_once_and_usual_readings_are_not(table, facts, asked):
+def test_suspicious_readings_give_one_doubt_each_and_usual_readings_give_none(table, facts, asked):
     assert asked_of(table, **facts) == asked
 
 

@@ -76,7 +76,7 @@ def test_ambiguous_or_impossible_rows_give_a_question(doubts_of, text, declared,
     assert brief([doubt for doubt in doubts_of(text, 10.0, **declared) if doubt.kind != "outlier"]) == questions
 
 
-def test_rows_of_python_values_are_read_like_a_sheet():
+def test_rows_of_python_values_are_read_like_rows_of_a_sheet():
     rows = [["s_mm", "depth_1_mm", "depth_2_mm"], [0, 1.0, np.float32(1.5)], [np.int64(5), 2, float("nan")], [9, None]]
     profile = readings_of(grid_of_rows("readings", rows), Declared())
     assert listed(profile) == [[-1, -1.5], [-2, None]]

@@ -89,7 +89,7 @@ def test_an_ambiguous_table_gives_questions(doubts_of, text, declared, questions
     assert brief(doubts_of(text, **declared)) == questions
 
 
-def test_positions_of_numbered_stations_come_from_columns_places(read):
+def test_the_setting_columns_places_gives_the_positions_of_numbered_stations(read):
     text = "Ort;Tiefe [mm]\n1;1,5\n2;2\n3;3\n"
     assert read(text, columns={"places": [0, 10]}).s_mm.tolist() == [0, 5, 10]
     assert read(text, columns={"places": [0, 4, 10]}).s_mm.tolist() == [0, 4, 10]

@@ -37,7 +37,7 @@ def judged(evidence, role="held-out", gate_mm=None, fitted=None):
     ],
     ids=["within", "beyond", "no limit", "fitted", "fitted, beyond", "undeclared"],
 )
-def test_each_verdict_states_the_error_and_whether_it_is_a_test(
+def test_each_verdict_states_the_error_and_whether_the_trial_is_a_test(
     evidence, role, gate_mm, fitted, state, verdict, tested
 ):
     trial = judged(evidence, role, gate_mm, fitted)
@@ -83,7 +83,7 @@ def test_a_missed_limit_is_explained_by_offset_or_shape_with_a_remedy(evidence):
     ],
     ids=["at a reading", "between", "nowhere"],
 )
-def test_the_largest_error_is_named_at_and_between_readings(evidence, change_mm, words):
+def test_the_first_page_names_the_largest_error_at_and_between_readings(evidence, change_mm, words):
     """Broken on purpose, only the largest error at a reading is named."""
     level = replace(evidence.profile, level_mm=evidence.profile.level_mm + change_mm(evidence.profile.s_mm))
     assert re.search(words, first_page(judged(replace(evidence, profile=level))).lead[1])
@@ -105,7 +105,7 @@ def test_the_labels_of_the_first_page_name_faults_and_unmeasured_data(evidence, 
     assert "UNFIT" in unfit["Check first:"]
 
 
-def test_no_verdict_is_given_for_fast_models_leaks_or_edited_files(evidence):
+def test_no_verdict_is_given_for_the_fast_model_escaped_particles_or_edited_files(evidence):
     fast = first_page(replace(judged(evidence), run=replace(evidence.run, fast_fill=FAST_FILL)))
     assert (fast.state, fast.tiles[3].figure) == ("○ Fast model: no verdict", "Fast model")
     assert "is for screening, is 0.50 mm off" in fast.verdict

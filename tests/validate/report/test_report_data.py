@@ -67,7 +67,7 @@ def test_only_a_pass_on_held_out_readings_is_shown_in_green(outcome, role):
     assert report.tone == ("open" if outcome == "passed" and role != "held-out" else outcome)
 
 
-def test_report_json_has_null_for_nan_and_refuses_unknown_keys(evidence):
+def test_report_json_has_null_instead_of_nan_and_no_unknown_keys(evidence):
     changed: dict[str, Any] = dict(evidence.comparison.distances) | {"frechet_mm": float("nan")}
     distances = CurveDistances(**changed)
     broken = evidence.comparison.model_copy(update={"distances": distances})

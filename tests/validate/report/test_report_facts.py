@@ -91,7 +91,7 @@ def test_the_assumptions_describe_the_sealant_with_its_numbers(evidence, groups,
     assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
 
 
-def test_the_table_of_settings_has_values_but_no_missing_columns(evidence):
+def test_the_table_of_settings_leaves_out_columns_without_values(evidence):
     """Doubts about a paste are on the first page."""
     run = with_settings(evidence, sample=SLOPES, fluid={"curve": AGEING}).run
     rows = dict(settings_table(run.settings).rows)

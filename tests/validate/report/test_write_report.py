@@ -62,7 +62,7 @@ def usual(tmp_path_factory):
     return (*content, ReportData.model_validate_json((folder / "report.json").read_text(encoding="utf-8")))
 
 
-def test_page_and_pdf_begin_with_the_verdict_and_number_their_figures_alike(usual):
+def test_page_and_pdf_of_a_report_have_the_same_order_and_figure_numbers(usual):
     _, page, pdf, _ = usual
     titles = "Agreement with the readings|Readings|Dispensed sealant, by place|Crack and solid|Nozzle path|"
     titles += "Numerical health|Settings in effect|Provenance|Assumed and left out"
@@ -147,7 +147,7 @@ def test_a_report_without_readings_states_that_nothing_was_compared(tmp_path, mo
 
 
 @pytest.mark.parametrize("content", [None, b"no picture"])
-def test_an_unreadable_overlay_is_refused_by_name(tmp_path, content):
+def test_the_error_for_an_unreadable_overlay_names_the_file(tmp_path, content):
     evidence = make_evidence(tmp_path)
     evidence.overlay_path.unlink()
     if content is not None:

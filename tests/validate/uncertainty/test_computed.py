@@ -73,7 +73,7 @@ def test_copied_or_single_extra_runs_are_refused():
             Spread.of(json.loads(as_json(spread.content())))
 
 
-def test_effects_of_a_linear_response_are_exact_and_spare_columns_give_the_scatter():
+def test_a_two_level_design_gives_exact_linear_effects_and_their_scatter():
     """Eight runs that scatter by 0.2 leave 0.2 / sqrt(8) in an effect; two columns at 400 positions give it to 3 %."""
     slopes = np.array([[0.3, -1.0, 0.0], [0.05, 0.2, 2.0], [-0.4, 0.0, 0.1], [1.0, 1.0, 1.0], [0.0, 0.5, -0.5]])
     results = np.array(7.0 + two_level_design(5) @ slopes, dtype=np.float64)
@@ -113,7 +113,7 @@ def test_the_uncertainty_of_a_linear_model_is_the_root_sum_of_squares():
     assert together == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_quadratic_effect_counts_for_its_input_and_a_product_for_the_interaction():
+def test_a_quadratic_effect_is_attributed_to_its_input_and_a_product_to_the_interaction():
     """The variances of z squared and of a product of two are 2 and 1."""
     curved = draws(lambda z: 0.5 * z[:, 0] + 0.1 * z[:, 1] ** 2 + 0.2 * z[:, 0] * z[:, 2])
     effects, together = curved.inputs.reported(S_MM)

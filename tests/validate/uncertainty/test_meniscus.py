@@ -61,7 +61,7 @@ def test_a_declared_meniscus_lowers_a_reading_by_zero_to_its_full_depth():
     assert (part.name, part.source, part.kind, part.shared) == ("meniscus", "declared", "readings", True)
 
 
-def test_a_declared_meniscus_counts_as_a_model_error_in_a_prediction():
+def test_a_declared_meniscus_is_a_model_error_in_a_prediction():
     with_it, without = (predicted(Uncertainty(surface_tension_n_m=tension)) for tension in (0.072, 0.0))
     assert with_it.model_mm == pytest.approx(0.95 * MOUTH.sag_mm(with_it.s_mm, with_it.level_mm) / 2, abs=1e-3)
     assert [(one.name, one.kind, one.setting) for one in with_it.parts[1:]] == [("meniscus", "model", SETTING)]

@@ -50,7 +50,7 @@ def bias_mm(budget: Budget) -> float:
     return budget.mean_mm(ERROR.weights())
 
 
-def test_a_difference_between_passes_is_allowed_for_unless_declared_absent():
+def test_the_budget_includes_a_difference_between_passes_unless_declared_absent():
     """Three passes do not exclude 0.2 mm: the bias is at least 1.5 times as uncertain as by scatter alone."""
     profile = scattered(0.15)
     allowed, none = budget(profile), budget(profile, NO_PASSES)
@@ -107,7 +107,7 @@ def test_undeclared_errors_are_named_with_their_expected_effect():
         ("datum_tilt_mm", -1.645, 1.645, 0.98),
     ],
 )
-def test_a_declared_error_that_repeats_cannot_show_has_its_size_and_sign(key, lowest_mm, highest_mm, of_the_mean_mm):
+def test_an_error_that_repeats_cannot_show_has_its_declared_size_and_sign(key, lowest_mm, highest_mm, of_the_mean_mm):
     """Each error is declared as 1 mm. Given are quantiles of 2.5 % at the worst station, and of the mean of all."""
     whole, none = (budget(scattered(0.1), Uncertainty.model_validate({key: mm})) for mm in (1.0, 0.0))
     (error,) = [component for component in whole.components if component.setting == f"uncertainty.{key}"]
@@ -173,7 +173,7 @@ def test_a_probe_that_is_wider_than_the_crack_gives_a_note():
     assert not of_keys(budget(scattered(0.1), probe_mm=2.0).notes, "readings.probe-touches")
 
 
-def test_stations_read_once_have_only_a_declared_scatter():
+def test_stations_that_were_read_once_have_only_a_declared_scatter():
     once = measured(0.1 * np.random.default_rng(1).standard_normal((17, 1)))
     assert not budget(once).scatter_known
     declared = budget(once, Uncertainty(repeatability_mm=0.12, pass_mm=0.0))

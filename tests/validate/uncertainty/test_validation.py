@@ -51,7 +51,7 @@ PARTS = [part("last digit", 0.05), part("common shift of the stations", 0.4), pa
         (-1.5, "too low"),
     ],
 )
-def test_only_an_error_beyond_its_uncertainty_gets_a_sign(error_mm, words):
+def test_an_error_is_called_too_high_or_too_low_only_beyond_its_uncertainty(error_mm, words):
     mean = mean_level_budget(error_mm, 0.5, *ALL_KNOWN)
     assert mean.resolved is (abs(error_mm) > 1)
     sentence = level_findings(mean, NONE_OFF, PARTS)[0].text
@@ -65,7 +65,7 @@ def test_only_an_error_beyond_its_uncertainty_gets_a_sign(error_mm, words):
     "parts", [(0.1,), (0.1, 0.1), (0.1, None, 0.1), (0.1, 0.1, 0.1, True)], ids=["data", "sizes", "inputs", "waiting"]
 )
 @pytest.mark.parametrize("error_mm", [0.0, 1.0])
-def test_nothing_is_concluded_while_numerics_or_inputs_are_unknown(parts, error_mm):
+def test_no_conclusion_is_drawn_if_numerical_or_input_errors_are_unknown(parts, error_mm):
     """With one sentence for all, numerics and inputs that were not computed were blamed on the model."""
     mean = mean_level_budget(error_mm, 0.2, *parts)
     assert mean.resolved is None
@@ -76,7 +76,7 @@ def test_nothing_is_concluded_while_numerics_or_inputs_are_unknown(parts, error_
         assert word not in " ".join(sentences)
 
 
-def test_half_the_difference_of_two_models_counts_as_the_model_error():
+def test_half_the_difference_of_two_models_is_the_model_error():
     s_mm, apart_mm = np.linspace(0, 40, 101), np.linspace(-0.5, 1.5, 101)
     level, flat = Profile(s_mm, np.full(101, -4.0)), Profile(s_mm, np.full(101, -3.5))
     volume, declared = Effect("volume_ml", 0.1, np.full(101, 0.1)), Uncertainty(volume_ml=0.1)
