@@ -102,7 +102,7 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
 
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Return the outline for ``trace_outline``, which then checks the ground beyond the outline's ends."""
+    """Return the outline for ``trace_outline``, without the check of the ground beyond the outline's ends."""
     width_mm = settings.width_stations_mm
     by_hand = bool(settings.walls_px)
     if by_hand and (settings.path_only or width_mm is not None):
@@ -126,9 +126,9 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
                 fitted = _fitted(photo, inner, wide_mm)
                 if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
                     return fitted
-            # There is no fit, or it took the band for the crack.
+            # The fit failed, or it measured the band instead of the crack.
             inside = doubt(f"{PLAUSIBLE}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm, photo.unit))
-            # The line is found in a picture that is softened over its own least width.
+            # The picture was blurred before the line was searched for, so the line may be this much narrower.
             least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
             walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
             return with_doubts(outline, inside, width_95_mm=(least_mm, wide_mm), walls=walls)
@@ -199,7 +199,7 @@ def outline_along(
     """Return the outline of a traced crack, without side cracks and islands."""
     (centreline_mm, left_mm, right_mm), methods = _stations(photo, traced)
     warnings = [*photo.warnings, *path.warnings]
-    # Most are corners and chips of a few px.
+    # Most shorter gaps are corners and chips of a few px.
     if traced.missing > 2 * WORTH_SAYING:
         text = f"a wall was not found along {traced.missing:.0%} of the crack, and is bridged there"
         warnings.append(doubt(f"{PLAUSIBLE}.bridged", text, traced.missing))

@@ -140,8 +140,8 @@ class PhotoInput(Settings):
     roi_px: Region | None = None
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
     walls_px: Walls | None = None
-    """Stretches of wall drawn by hand, for photos in which walls are measured wrongly. Each is a line from a point on a
-    wall, along the true wall, to another point on the same wall. Draw them with 'sealtwin trace'."""
+    """Stretches of wall drawn by hand, for photos in which walls are measured wrongly. A stretch is a line from a point
+    on a wall, along the true wall, to another point on the same wall. Draw stretches with 'sealtwin trace'."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is absolute or relative to the trial file's folder."""
@@ -149,10 +149,10 @@ class PhotoInput(Settings):
     """Fraction of the step in brightness from crack to mortar at which a wall is placed. 0.5 is the middle of a blurred
     edge. 0.7 includes more of a lit wall. Beyond the bounds, noise in the crack or the mortar would place the walls."""
     width_mm: OneOrSeveral[Width, WidthTable] | None = None
-    """Width of the crack, measured with a gauge or a microscope, instead of the photo's width. Give one number, or a
-    table of [s, width] rows along the crack from the nozzle's start. The width is linear between rows and constant
-    beyond them. Its uncertainty is width_mm of [uncertainty]. Default: measured between the walls, or fitted to the
-    profile of a crack below 8 px."""
+    """Width of the crack, measured with a gauge or a microscope. It replaces the width in the photo. Give one number,
+    or a table of [s, width] rows along the crack from the nozzle's start. The width is linear between rows and constant
+    beyond them. Its uncertainty is width_mm in [uncertainty]. Default: the width is measured between the walls in the
+    photo, or fitted to the brightness profile of a crack below 8 px."""
     path_only: bool | None = None
     """True to trace only the crack's path, without walls and solid. This needs no depth and is enough for a robot
     program. The nozzle gives sealant if path.volume_ml is a number."""

@@ -19,12 +19,12 @@ from sealtwin.core.facts import Facts
 from sealtwin.core.records import Booleans, Floats
 
 POINTS = 360  # Number of points of an outline
-REACH = 0.06  # Distance from the edge at which the light beside it is measured, over half the paste's width
-MIN_HALF_PX = 40.0  # Least half width: below it, half a pixel of the edge is over 6 % of the yield stress
-MIN_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
-MAX_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate, or a cone pulled to a side
-MIN_SEEN = 0.95  # Smallest share of the edge that must be visible
-EDGE_PX = 0.5  # Standard uncertainty of the edge all around: paste ends in its blur, or at its wet rim
+REACH = 0.06  # Distance from the edge at which the light beside it is measured, as a fraction of half the paste's width
+MIN_HALF_PX = 40.0  # Minimum half width. Below it, an edge error of 0.5 px changes the yield stress by over 6 %
+MIN_CONTRAST = 0.06  # Minimum change of light across the edge, relative to the sheet. Blurred grain has 1/5 of it
+MAX_UNROUND = 0.10  # Largest RMS deviation from a circle, divided by the mean radius. A sloped plate causes more
+MIN_SEEN = 0.95  # Minimum fraction of the edge that must be visible
+EDGE_PX = 0.5  # Standard uncertainty of the whole edge's position, from blur and a wet rim
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def opened(block: FluidBlock, radius_mm: float) -> Hollow:
     """Return the space in which the fluid can flow once the gate is removed."""
     (back, right, _), (_, left, _) = astuple(_box(block))
     top, end, wall = _top_mm(block, radius_mm), block.end_mm, WALL_RADII * radius_mm
-    # Beside the walls the plate goes on, for fluid that flows round their ends.
+    # The plate extends beside the walls, for fluid that flows around their ends.
     walls = (
         Box((back - wall, right - wall, 0.0), (back, left + wall, top)),
         Box((back, right - wall, 0.0), (0.0, right, top)),

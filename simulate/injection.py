@@ -214,7 +214,7 @@ class Injection:
         steps = {"substeps": engine.substeps, "iterations": engine.iterations[number].number}
         # If D_cm is not given, D is computed from the viscosity.
         drag = {"D_cm": self._d_cm(number), "D_from": NO_SLIP} if fluid.D_cm is None else {}
-        # Empty tables, and the model of particles, are not recorded: older runs have none.
+        # Empty tables and the model "particles" are not recorded, because older runs do not have these keys.
         tables = {} if fluid.curve is not None else {"curve"}
         return {
             "fluid": fluid.model_dump(exclude=tables) | drag,

@@ -20,7 +20,7 @@ from sealtwin.core.settings import Settings, checked
 MAX_ROWS = 1000
 BOUNDS = {
     "age_s": (0.0, 1e7),
-    # Above 0 for the logarithm; air has 2e-5.
+    # The limit is above 0, since a logarithm is taken. Air has 2e-5.
     "viscosity_pa_s": (1e-6, 1e4),
     "yield_stress_pa": (0.0, 1e4),
 }
@@ -71,7 +71,7 @@ ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else
 """Discriminator of a table that is given by a file's name or by its columns. A validation error refers to the form that
 the user gave."""
 if TYPE_CHECKING:
-    # A keyword takes a file's name or a mapping, and the field then has one of these types.
+    # A keyword accepts a file's name or a mapping. The field then has one of the types below.
     CurveOrFile = Any
 else:
     CurveOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[MaterialCurve, Tag("several")], ByForm]

@@ -40,7 +40,7 @@ MAX_COUNTED = 9.0  # A line's score falls no further if the difference of its si
 MAX_UNLIKE = (
     0.3  # Lines whose sides differ by more than this, over the step from the line to the darker side, come last
 )
-SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # The sides of a line are between these two distances from it: widths, plus px
+SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Range of distances from a line that is compared on both sides: widths + px
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,8 @@ class FoundCrack:
     line_px: Floats  # (n, 2), px in the photo, from left to right
     width_px: float  # Typical width along the line
     score: float  # Sum of clearness times contrast along the line, reduced for straight legs and for sides that differ
-    unlike: float  # Difference between both sides over the step from the line to the darker side; inf without a step
+    # Difference in lightness of the two sides, divided by the step from the line to the darker side. inf without a step
+    unlike: float
 
     @property
     def middle_px(self) -> Floats:

@@ -24,7 +24,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt, texts
 from sealtwin.core.records import Floats, Integers
 
-# A path strays from the chosen line if it is more than this many cells away over more than this share of its length
+# A path strays from the chosen line if more than this fraction of its length is more than this many cells away
 FOLLOWS_CELLS, MAX_ASTRAY = 5.0, 0.2
 ON_CRACK = 3.0  # Clearness of a cell on a crack: the darkest paths through bare ground have 2 on average
 SHARE_ON_CRACK = 0.5  # The same limit as a share of the path's own clearness

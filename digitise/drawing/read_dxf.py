@@ -41,7 +41,7 @@ MAX_POINTS = 20_000  # Largest number of points on one layer, ten times that of 
 FARTHEST_MM = 1e6  # Largest coordinate: one kilometre from the drawing's origin
 SAG_MM = 0.02  # Largest distance of a curve from its chords, and height range of a level line: 1/5 of a photo's pixel
 MEETS_MM = 1e-3  # Largest gap between two lines that are joined
-COPY_MM = 1e-6  # Two lines are copies if their points differ by no more than this: digits are rounded in a file
+COPY_MM = 1e-6  # Lines whose points differ by no more than this are copies, since files round digits
 MIN_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that can be injected
 
 

@@ -83,7 +83,7 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
 
 
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
-    """Check a photo in memory: uint8, (height, width) or (height, width, 3) RGB. An InputError names it ``name``."""
+    """Check a photo in memory: uint8, (height, width) or (height, width, 3) RGB. Errors begin with ``name``."""
     image = np.asarray(image)
     if image.dtype != np.uint8 or image.ndim < 2 or image.shape[2:] not in ((), (3,)):
         raise InputError(
@@ -277,8 +277,8 @@ REMEDY = (
 def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> Booleans:
     """Check a mask in memory, (height, width). Pixels that are not 0 are painted.
 
-    ``size_px`` is the photo's width and height. Raises InputError, with ``name`` first, for a wrong shape or painted
-    share.
+    ``size_px`` is the photo's width and height. Raises InputError, with ``name`` first, if the shape is wrong, or if
+    nothing or too much is painted.
     """
     painted = np.asarray(painted)
     if painted.shape != size_px[::-1]:

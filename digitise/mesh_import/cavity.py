@@ -48,8 +48,8 @@ CELLS_ACROSS, MAX_CELLS = 24, 2_000_000  # Cells across the crack's width, and l
 ACROSS_PX = 40  # Pixels over a crack's width
 LARGEST_PX = 12_000_000  # Largest number of pixels of the picture, that of a phone's photo
 MAX_LINES = 4000  # Largest number of lines from wall to wall
-SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
-PART_WIDTHS = 0.12  # A cell this many widths from every line from wall to wall belongs to another part of the crack
+SLOW = 1e-2  # Minimum squared pace of a line's points along the crack. At an inner corner they do not move
+PART_WIDTHS = 0.12  # A cell farther than this many widths from every line from wall to wall is not in the main crack
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
         )
     fit = fit_corners(corners_px, rectangle(face_mm), CLICKED_PX)
     places = places_px(fit.view, face_mm)
-    # The scale is the geometric mean of both directions, to which each side contributes half.
+    # The scale is the geometric mean of both directions, so that each side contributes half of its error.
     by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
     return Scale(
         view=fit.view,

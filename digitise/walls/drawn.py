@@ -35,7 +35,7 @@ class ByHand(NamedTuple):
     """The photo after the changes by drawn walls."""
 
     photo: Photo
-    decided: Mask | None = None  # 255 on pixels that lines decide, 0 elsewhere; None without lines
+    decided: Mask | None = None  # 255 on pixels that lines decide, 0 elsewhere. None if there are no lines
 
 
 class _Line(NamedTuple):
@@ -76,7 +76,7 @@ def _between(shape: tuple[int, ...], first: Floats, second: Floats) -> Booleans:
 def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float) -> list[_Line]:
     """Return the drawn walls.
 
-    Raises InputError for a line that leaves the photo, is not on this crack, or crosses it.
+    Raises InputError for a line that leaves the photo, is not on this crack, or crosses the crack.
     """
     way_px = resampled(path.points_px, 1.0)
     tree, (width, height) = KDTree(way_px), photo.size_px

@@ -9,8 +9,8 @@ from simulate.slot.narrows import narrows
 from simulate.slot.sections import sections_of
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
-"""Limits of the model: largest slope that walls support, height of a mound in mm, filled fraction of the crack, and
-level above the face in mm."""
+"""Largest values for which the model is valid: slope that walls support, height of a mound in mm, filled fraction of
+the crack, and level above the face in mm."""
 MAX_LEFT_OUT = 0.05
 """Limit for the difference between the volumes of the sections and of the crack, as a fraction. At a depth of 10 mm,
 levels are then wrong by half a millimetre."""

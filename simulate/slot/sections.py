@@ -14,9 +14,9 @@ from sealtwin.core.records import Floats, Outline, Solid
 
 NARROWEST_MM = 0.05  # Smallest width of a section whose walls meet, so that every area has a depth
 ROUND_CORNERS = 4 - np.pi
-"""Twice the area of unmoved paste in a corner, divided by the square of the radius: a square less its inscribed
-circle."""
-INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a level above the face: largest number, length of the last one
+"""Area of unmoved paste in the four square corners of a section and its mirror image, divided by the square of the
+corners' radius: a square of side 2, minus its inscribed circle."""
+INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a level above the face: largest number, and size of the last step
 
 
 @dataclass(frozen=True)
