@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import sealtwin as st
 from sealtwin.core import files, record_files
@@ -22,10 +21,10 @@ from sealtwin.study.study_map import map_study, read_fill
 from sealtwin.trial.job import NUMBERS, numbers_up_to
 from sealtwin.trial.trial_file import load_trial
 from validate.figures.chart import pace_of
+from validate.figures.levels import draw_histogram
 from validate.figures.map_page import Fill, draw_cost, draw_fills
 from validate.figures.snapshots import FillScene
-from validate.figures.theme import ALONG, INK, SIMULATED, as_svg, label_axes, plate, themed
-from validate.result import Comparison
+from validate.figures.theme import as_svg
 
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "paper-trial"
 TRIAL, LEANING = FIXTURE / "trial.toml", FIXTURE / "trial-paper.toml"
@@ -190,22 +189,3 @@ def _timed(path: Path, sample: Sample, fluid: st.Fluid, solver: st.Solver, nozzl
         size = {"particles": len(run.position_mm), "frames": run.health.frames}
         files.write_json(path, {"processor_s": took_s, **size})
     return files.read_json(path)
-
-
-@themed()
-def draw_histogram(comparison: Comparison) -> Figure:
-    """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
-    axes = plate(2.9).add_subplot()
-    bins = [part for part in comparison.distances.by_bin if part.covered_mm > 0]
-    edges_mm = [*(part.from_mm for part in bins), *(part.to_mm for part in bins[-1:])]
-    errors_mm = np.array([part.mean_error_mm for part in bins], dtype=float)
-    bars = axes.bar(
-        edges_mm[:-1], errors_mm, np.diff(edges_mm), align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5
-    )
-    axes.bar_label(bars, fmt="{:.2f}", padding=3, zorder=5, fontsize=8)
-    mean = f"mean error {comparison.mean_error_mm:.2f} mm"
-    axes.axhline(comparison.mean_error_mm, color=INK, linestyle="--", linewidth=1.0, label=mean)
-    axes.set_xlim(0, edges_mm[-1])
-    axes.margins(y=0.12)
-    axes.grid(visible=False, axis="x")
-    return label_axes(axes, ALONG, "mean |error| (mm)", "Error by place, over each 10 mm", legend=2)

@@ -1,4 +1,4 @@
-"""Curves of one trial: level, uncertainty at the stations, and the weighed cavity."""
+"""Curves of one trial: level, histogram of the error, uncertainty at the stations, and the weighed cavity."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,7 +30,9 @@ from validate.intervals import StationErrors
 from validate.result import Comparison
 from validate.uncertainty.validation import COVERAGE
 
+OVER_LINES = {"facecolor": CARD, "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
+MAX_BIN_LABELS = 10  # Largest number of bins whose labels fit side by side
 
 
 def draw_levels(
@@ -85,6 +87,31 @@ def draw_levels(
     axes.set(xlabel=ALONG, ylabel=LEVEL)
     axes.legend()
     return axes.figure.get_figure(root=True)
+
+
+@themed()
+def draw_histogram(comparison: Comparison) -> Figure:
+    """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
+    axes, gate = plate(2.9).add_subplot(), comparison.gate
+    bins = [part for part in comparison.distances.by_bin if part.covered_mm > 0]
+    edges_mm = [*(part.from_mm for part in bins), *(part.to_mm for part in bins[-1:])]
+    errors_mm = np.array([part.mean_error_mm for part in bins], dtype=float)
+    bars = axes.bar(
+        edges_mm[:-1], errors_mm, np.diff(edges_mm), align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5
+    )
+    if len(bins) <= MAX_BIN_LABELS:
+        axes.bar_label(bars, fmt="{:.2f}", padding=3, zorder=5, fontsize=8, bbox=OVER_LINES)
+    mean = f"mean error {comparison.mean_error_mm:.2f} mm"
+    axes.axhline(comparison.mean_error_mm, color=INK, linestyle="--", linewidth=1.0, label=mean)
+    if gate is not None:
+        limit = f"gate for the mean, {gate.mean_error_mm:g} mm"
+        axes.axhline(gate.mean_error_mm, color=MEASURED, linestyle=DOTTED, label=limit)
+    axes.set_xlim(0, edges_mm[-1])
+    axes.margins(y=0.12)
+    axes.grid(visible=False, axis="x")
+    ticks_mm = edges_mm[:: len(bins) // MAX_BIN_LABELS + 1]
+    axes.set_xticks(ticks_mm, [f"{edge_mm:.3g}" for edge_mm in ticks_mm])
+    return label_axes(axes, ALONG, "mean |error| (mm)", "Error by place, over each 10 mm", legend=2)
 
 
 @themed()

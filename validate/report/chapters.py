@@ -23,7 +23,7 @@ from sealtwin.core.records import Outline
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.run_folder import versions
 from validate.figures.first_figure import FirstFigure
-from validate.figures.levels import draw_uncertainty, draw_weighed_fill
+from validate.figures.levels import draw_histogram, draw_uncertainty, draw_weighed_fill
 from validate.figures.snapshots import FillScene, draw_fill
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
@@ -179,11 +179,13 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
 
 def _error_items(evidence: Evidence) -> Iterator[Item]:
     comparison = evidence.comparison
-    if comparison is None or (uncertainty := comparison.uncertainty) is None:
+    if comparison is None:
         return
-    if text := stretches_off(uncertainty.stations):
-        yield Paragraph((text,))
-    yield Plate(sentence("figure_stations", m=comparison), lambda: draw_uncertainty(uncertainty.stations))
+    yield Plate(sentence("figure_histogram"), lambda: draw_histogram(comparison))
+    if (uncertainty := comparison.uncertainty) is not None:
+        if text := stretches_off(uncertainty.stations):
+            yield Paragraph((text,))
+        yield Plate(sentence("figure_stations", m=comparison), lambda: draw_uncertainty(uncertainty.stations))
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:

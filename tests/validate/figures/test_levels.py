@@ -1,4 +1,4 @@
-"""Curves of levels, compared with the numbers that they show."""
+"""Curves of levels and of errors, compared with the numbers that they show."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from tests.support.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
 from tests.support.shapes import level_floor
 from validate.figures import theme
-from validate.figures.levels import draw_levels
+from validate.figures.levels import draw_histogram, draw_levels
 from validate.settings import Gate
 
 
@@ -19,7 +19,8 @@ def evidence(tmp_path_factory):
 def drawn(evidence):
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     with theme.themed():
-        return draw_levels(theme.plate(3.4).add_subplot(), profile, level_floor(10.0), readings, comparison)
+        levels = draw_levels(theme.plate(3.4).add_subplot(), profile, level_floor(10.0), readings, comparison)
+    return {"levels": levels, "histogram": draw_histogram(comparison)}
 
 
 def curve(figure, label: str):
@@ -28,8 +29,9 @@ def curve(figure, label: str):
 
 
 def test_the_figure_of_levels_shows_simulation_means_and_every_reading(drawn, evidence):
-    assert np.array_equal(heights(curve(drawn, "simulated")), evidence.profile.level_mm)
-    assert np.array_equal(heights(curve(drawn, "caliper")), slope(STATIONS_MM))
-    (axes,) = axes_of(drawn)
+    figure = drawn["levels"]
+    assert np.array_equal(heights(curve(figure, "simulated")), evidence.profile.level_mm)
+    assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
+    (axes,) = axes_of(figure)
     marks_mm = np.concatenate([heights(line) for line in axes.lines if line.get_marker() == "_"])
     assert np.sort(marks_mm) == pytest.approx(np.sort(evidence.readings.repeats_mm.ravel()))
