@@ -183,7 +183,7 @@ def _prediction(twin: Twin, role: Literal["calibrated", "held out"], mean_mm: Fl
 def _summary(
     result: SearchResult, twins: Sequence[Twin], others: Sequence[Twin], predictions: Sequence[Prediction]
 ) -> Calibrated:
-    warnings = [sentence for twin in (*twins, *others) for sentence in twin.warnings]
+    warnings = [sentence for twin in (*twins, *others) for sentence in twin.fluid_warnings]
     if len(result.frees) >= (stations := sum(twin.stations for twin in twins)):
         counts = f"{counted(len(result.frees), 'free setting')} for {counted(stations, 'station')}"
         warnings.append(f"{counts}: with so many settings, any readings can be fitted exactly.")

@@ -242,7 +242,6 @@ class Twin:
         s_mm = self.readings.s_mm
         mouth = Mouth.of(self.outline, self.solid, self.trial.given_fluid.density_kg_m3)
         budget = budget_of(self.readings, sheet_settings, self.trial.uncertainty, mouth)
-        self._unused = budget.unused
         errors_mm = budget.at_stations_mm
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
         # A reading is the level plus an error. The mean of the error may differ from 0, so it is subtracted.
@@ -305,11 +304,6 @@ class Twin:
     def fluid_warnings(self) -> list[str]:
         """Warnings about the fluid in this trial's runs."""
         return [f"{self.name}: {sentence}" for sentence in study_folder.fluid_warnings(self.plan.runs)]
-
-    @property
-    def warnings(self) -> list[str]:
-        """Warnings about the fluid, and about declared errors that the readings contradict."""
-        return [*self.fluid_warnings, *(f"{self.name}: {sentence}" for sentence in self._unused)]
 
     @property
     def health(self) -> RunHealth:
