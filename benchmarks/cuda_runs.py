@@ -30,7 +30,7 @@ from sealtwin.trial.trial_file import Trial, load_trial
 from simulate.device import choose_device, describe_device
 from simulate.injection import ComputeOptions, prepare
 from simulate.profile import measure_profile
-from simulate.run import follow
+from simulate.run import run_to_end
 from tests.support.paths import FIXTURE
 from validate.metrics.curve_distances import error_bins
 
@@ -96,7 +96,7 @@ def inject_at_once(bench: Sample, trials: Sequence[Trial], device: str, frames: 
     began = time.perf_counter()
     injection = prepare(replace(pour, fluids=tuple(trial.given_fluid for trial in trials)), options)
     if frames is None:
-        follow(injection, options)
+        run_to_end(injection, options)
     else:
         for _ in range(frames):
             injection.advance()

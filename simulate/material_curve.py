@@ -36,7 +36,7 @@ class Course(NamedTuple):
     viscosity_pa_s: Floats
     yield_stress_pa: Floats
 
-    def at(self, age_s: Floats) -> tuple[Floats, Floats]:
+    def at_age(self, age_s: Floats) -> tuple[Floats, Floats]:
         """Return viscosity and yield stress at each age, (m,) each."""
         stress_pa, first = np.interp(age_s, self.age_s, self.yield_stress_pa), self.viscosity_pa_s[0]
         if (self.viscosity_pa_s == first).all():

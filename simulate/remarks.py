@@ -68,7 +68,7 @@ def remarks_on(pour: Pour, schedule: Schedule, *, finer: int = 1) -> Iterator[Fa
         yield doubt("fluid.levels-at-any-U", text)
     stands_pa = standing_stress_pa(fluid.density_kg_m3, width_mm)
     age_s = np.linspace(0.0, lasts_s, AGES)
-    aged_pa_s, stress_pa = fluid.course.at(age_s)
+    aged_pa_s, stress_pa = fluid.course.at_age(age_s)
     at_wall_pa = paste.wall_share * stress_pa
     if at_wall_pa[0] > stands_pa:
         text = (

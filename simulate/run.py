@@ -73,7 +73,7 @@ def check(pour: Pour) -> None:
     check_outlet(case.schedule, sample.trajectory, sample.outline, surface, diameter_mm=pour.nozzle.diameter_mm)
 
 
-def follow(injection: Injection, options: ComputeOptions) -> None:
+def run_to_end(injection: Injection, options: ComputeOptions) -> None:
     """Compute the remaining frames, until the last frame or until nothing moves.
 
     Raises NumericalError if every run has failed.
@@ -99,7 +99,7 @@ def _computed(pour: Pour, options: ComputeOptions, finer: int, shown: Collection
         if remark not in shown:
             options.progress.warn(remark)
     try:
-        follow(injection, options)
+        run_to_end(injection, options)
     except NumericalError:
         if len(injection.failed) < len(pour.fluids):
             raise

@@ -183,7 +183,7 @@ class Fluid(Settings):
     @property
     def fresh(self) -> "FreshPaste":
         """Viscosity and yield stress of the sealant as it leaves the nozzle."""
-        viscosity, stress = self.course.at(np.zeros(1))
+        viscosity, stress = self.course.at_age(np.zeros(1))
         return FreshPaste(None if np.isnan(viscosity[0]) else float(viscosity[0]), float(stress[0]))
 
     @property

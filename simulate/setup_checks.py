@@ -195,7 +195,7 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MAX_
     """Return the fluid in the solver's units, tabulated up to an age of ``frames`` frames."""
     course, per_density = fluid.course, CM2_IN_M2 / fluid.density_kg_m3
     last = math.ceil(min(course.age_s[-1] / frame_s, frames))
-    viscosity_pa_s, stress_pa = course.at(frame_s * np.arange(last + 1))
+    viscosity_pa_s, stress_pa = course.at_age(frame_s * np.arange(last + 1))
     if fluid.U is not None:
         viscosity_pa_s = np.full(last + 1, dynamic_viscosity(fluid.U, fluid.density_kg_m3, support, frame_s))
     weight = viscous_weight(1.0, support, frame_s) * viscosity_pa_s * per_density

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.trial.starter_files import DEMO, MEASURED
+from sealtwin.trial.starter_files import DEMO
 from tests.support.paths import FIXTURE, ROOT
 
 pytestmark = pytest.mark.slow
@@ -71,10 +71,10 @@ def test_the_wheel_contains_all_files_of_the_packages_and_no_other_files(built):
         for path in (ROOT / package).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
-    demo = {name for name in names if name.startswith(("sealtwin/demo/", "sealtwin/measured/"))}
+    demo = {name for name in names if name.startswith("sealtwin/demo/")}
     information = {name for name in names if name.split("/")[0].endswith(".dist-info")}
     assert names - demo - information == ours
-    assert {Path(name).name for name in demo} == {*DEMO, *MEASURED}
+    assert {Path(name).name for name in demo} == set(DEMO)
 
 
 def test_the_source_archive_contains_the_files_for_tests_and_reproduction(built):

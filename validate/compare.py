@@ -15,7 +15,7 @@ from validate.metrics.curve_distances import (
     frechet_mm,
     level_difference,
 )
-from validate.metrics.verdict import ALWAYS, POOL, basis_of, beaten, best_curves, judged
+from validate.metrics.verdict import ALWAYS, POOL, basis_of, beaten, best_curves, with_verdict
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance
 from validate.result import Evidence
 from validate.sentences import stated
@@ -92,7 +92,7 @@ def compare(
         escaped_particles=escaped_particles,
         uncertainty=uncertainty,
     )
-    return judged(comparison, gate, edited, screening=screening)
+    return with_verdict(comparison, gate, edited, screening=screening)
 
 
 def assess(
@@ -176,18 +176,18 @@ def error_uncertainty(
     curve = Curve.of(error.x, error.value, measured.s_mm)
     calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
     spread = spread or Spread(measured.s_mm, None, (), None, None)
-    budget = of_readings.joined(*spread.errors(measured.s_mm, volume_level_mm))
+    budget = of_readings.plus(*spread.errors(measured.s_mm, volume_level_mm))
     inputs, together = spread.inputs_at(error.x).reported(error.x)
 
     def standard_mm(*kinds: Kind) -> float:
-        return budget.of(*kinds).mean_mm(curve.weights()) / COVERAGE
+        return budget.of_kind(*kinds).mean_mm(curve.weights()) / COVERAGE
 
     bias_mm, half_mm = error.mean(), of_readings.mean_mm(curve.weights())
     overall = validation.mean_level_budget(
         error_mm=bias_mm,
         validation_mm=standard_mm("readings", "numerics", "inputs"),
         data_mm=standard_mm("readings"),
-        numerics_mm=standard_mm("numerics") if budget.of("numerics").components else None,
+        numerics_mm=standard_mm("numerics") if budget.of_kind("numerics").components else None,
         inputs_mm=standard_mm("inputs") if inputs else None,
         inputs_waiting=bool(declared.moved.keys() - {part.name for part in inputs}),
         volume_level_mm=volume_level_mm,
@@ -197,7 +197,7 @@ def error_uncertainty(
     return ErrorUncertainty(
         mean_error_interval_mm=of_readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
-        bias_systematic_mm=of_readings.only(lambda component: component.shared).mean_mm(curve.weights()) / COVERAGE,
+        bias_systematic_mm=of_readings.where(lambda component: component.shared).mean_mm(curve.weights()) / COVERAGE,
         levels=StationBands(
             s_mm=measured.s_mm, band_95_mm=of_readings.band_mm, profile_band_95_mm=of_readings.profile_band_mm
         ),
@@ -234,9 +234,9 @@ def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationEr
 def _station_errors(simulated: Profile, measured: Profile, budget: Budget) -> StationErrors:
     """Return the error at each compared station, with its standard uncertainties."""
     stations = compared_stations(simulated, measured)
-    covered = budget.at(np.isin(measured.s_mm, stations.s_mm))
+    covered = budget.at_stations(np.isin(measured.s_mm, stations.s_mm))
     kinds: set[Kind] = {component.kind for component in budget.components}
-    parts = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
+    parts = {kind: covered.of_kind(kind).band_mm / COVERAGE for kind in kinds}
     return StationErrors(
         s_mm=stations.s_mm,
         error_mm=stations.error_mm,
@@ -254,7 +254,7 @@ def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
 
     Returns None if there are no extra runs of particles.
     """
-    replicates = spread.at(x)
+    replicates = spread.sizes_at(x)
     if spread.sizes is None or replicates is None:
         return None
     radii_mm = replicates.radii_mm

@@ -57,7 +57,7 @@ class PageSettings(Settings):
         keys = cls.model_fields.keys() & settings.model_fields_set
         return cls(**{key: value for key, value in settings if key in keys})
 
-    def said(self, keys: set[str] | None = None) -> dict[str, Any]:
+    def entries(self, keys: set[str] | None = None) -> dict[str, Any]:
         """Return the values that were given, as a dict. ``keys`` limits the result to these names."""
         return self.model_dump(mode="json", exclude_none=True, include=keys)
 
@@ -81,12 +81,12 @@ class Hints(PageSettings):
     """Frame of markers printed around ``face_mm``: marker size in mm, dictionary, number of markers, and measured
     length of the ruler in mm. The length is None if it was not measured."""
 
-    def said(self, keys: set[str] | None = None) -> dict[str, Any]:
+    def entries(self, keys: set[str] | None = None) -> dict[str, Any]:
         """Return the values that were given. A printed frame is returned as markers.
 
         Raises InputError if the frame does not fit around the face.
         """
-        values = super().said(keys)
+        values = super().entries(keys)
         frame = values.pop("frame", None)
         if frame and self.face_mm:
             values["markers"] = board_around(self.face_mm, *frame).model_dump(mode="json", exclude_none=True)
@@ -119,7 +119,7 @@ def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
 
     Raises InputError for an incomplete scale.
     """
-    scale = hints.said(SCALE_KEYS)
+    scale = hints.entries(SCALE_KEYS)
     if not rest.get("markers") and not scale.keys() - {"scale_is"}:
         return None
     return checked(PhotoInput, Path(rest["file"]), {**rest, **scale})
@@ -128,7 +128,7 @@ def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
 def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
     """Return photo settings with the hints about the crack, without a scale. Raises InputError for impossible hints."""
     unscaled = {key: value for key, value in rest.items() if key != "markers"} | {"mm_per_px": UNSCALED_MM_PER_PX}
-    return checked(PhotoInput, Path(rest["file"]), {**unscaled, **hints.said(PATH_KEYS)})
+    return checked(PhotoInput, Path(rest["file"]), {**unscaled, **hints.entries(PATH_KEYS)})
 
 
 class Pyramid:
@@ -198,7 +198,7 @@ class TraceSession:
             "size_px": self._plain.size_px,
             "levels": self.pyramid.levels,
             "hints": {
-                **self.hints.said(),
+                **self.hints.entries(),
                 "frame": (PRINTED_MM, dictionary, 4 if max(corners_px, default=4) < 4 else 8, None),
             },
             "seen": len(corners_px),

@@ -88,12 +88,12 @@ def trace(
     crack = _Crack(photo, patch, hidden, wall_share, STATION_PX * photo.mm_per_px)
     sigma = PATH_SMOOTHING * width_mm / crack.spacing_mm
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), crack.spacing_mm), sigma)
-    rim = crack.look(line_mm, width_mm)[1].rim
+    rim = crack.measure_walls(line_mm, width_mm)[1].rim
     inward_px = resampled(path.points_px, 1.0), resampled(path.points_px[::-1], 1.0)
     ends = judge_ends(photo, patch, inward_px, round(2 * path.width_px), path.width_px, (rim[0], rim[-1]))
     line_mm = _carried_on(photo, line_mm, ends, width_mm, crack.spacing_mm)
     for number in range(MAX_PASSES):
-        strip, walls = crack.look(line_mm, width_mm)
+        strip, walls = crack.measure_walls(line_mm, width_mm)
         _check_found(photo, strip, walls.both_clear, (0.0, np.inf), 1.0)
         span_mm = crack.span_mm(line_mm, walls, ends)
         width_mm = max(walls.usual_width_mm, MIN_SEARCH_WIDTH_PX * photo.mm_per_px)
@@ -101,7 +101,7 @@ def trace(
         aside_mm = np.abs(np.diff(walls.away_mm, axis=0)[0][walls.both_clear]) / 2
         if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
             break
-    strip, walls = crack.look(line_mm, width_mm, _crossings(photo, line_mm, ends))
+    strip, walls = crack.measure_walls(line_mm, width_mm, _crossings(photo, line_mm, ends))
     left_mm, right_mm = (
         _straight_on(strip.places_mm(away_mm), step, ends)
         for away_mm, step in zip(walls.away_mm * [[1], [-1]], walls.clear_step, strict=True)
@@ -131,7 +131,9 @@ class _Crack:
     wall_share: float
     spacing_mm: float
 
-    def look(self, line_mm: Floats, width_mm: float, crossings: Crossings | None = None) -> tuple[Strip, Walls]:
+    def measure_walls(
+        self, line_mm: Floats, width_mm: float, crossings: Crossings | None = None
+    ) -> tuple[Strip, Walls]:
         """Return the light across a line, and the walls in the light. At ``crossings``, rays follow the face's edge."""
         step_mm = sample_step_mm(width_mm, self.photo.mm_per_px)
         ray = rays_across(line_mm, width_mm, crossings or (None, None))

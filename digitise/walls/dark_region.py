@@ -19,7 +19,7 @@ from digitise.image.raster import Mask, lightness
 from digitise.photo import Photo, smaller
 from digitise.walls.centreline_and_walls import CENTRE_SMOOTHING, CORRECTIONS, MIN_WIDTH_PX
 from digitise.walls.ends import Traced, to_its_ends
-from digitise.walls.wall_profile import Strip, between, follow, outward, patch_around, steadied, straighten
+from digitise.walls.wall_profile import Strip, between, cheapest_wall, outward, patch_around, steadied, straighten
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
@@ -110,7 +110,7 @@ def _rims_px(strip: Strip, width_px: float) -> Floats:
     bright = gaussian_filter1d(steadied(outward(strip, np.where(ground, light, np.nan)), over), over / 4, axis=1)
     share = (outward(strip, light) - dark[..., None]) / np.maximum(bright - dark, MIN_CONTRAST)[..., None]
     excess = np.where(outward(strip, strip.valid), np.clip(share - RIM, -0.5, 0.5), 0)
-    return follow(excess, strip.sample_px, strip.station_px)
+    return cheapest_wall(excess, strip.sample_px, strip.station_px)
 
 
 def _moves_px(strip: Strip, rims_px: Floats, width_px: float, wall_share: float) -> tuple[Floats, float]:

@@ -14,7 +14,7 @@ from digitise.geometry.polyline import left_normals, places_beside, resampled, r
 from digitise.image.raster import Mask, lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MAX_MISSING, MIN_WIDTH_PX, TooThinError
-from digitise.walls.wall_profile import cheapest_way, follow, outward, patch_around, steadied, straighten
+from digitise.walls.wall_profile import cheapest_wall, cheapest_way, outward, patch_around, steadied, straighten
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -109,7 +109,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     share = (even - dark[..., None]) / contrast
     excess = [np.where(valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]
     # Inner and outer edge of the band on each side, (2, sides, stations).
-    edges_px = follow(np.concatenate(excess), strip.sample_px, station_px).reshape(2, 2, -1)
+    edges_px = cheapest_wall(np.concatenate(excess), strip.sample_px, station_px).reshape(2, 2, -1)
     edges_px = np.maximum.accumulate(edges_px)
     thick_px = edges_px[1] - edges_px[0]
     thick_px -= np.median(thick_px, axis=1, keepdims=True)

@@ -42,7 +42,7 @@ class Canvas:
         self.unit: float = max(self.picture.shape[:2]) / 1000
         self.extent = np.array(self.picture.shape[1::-1])
 
-    def at(self, points_px: Floats) -> Floats:
+    def to_copy_px(self, points_px: Floats) -> Floats:
         """Map pixels of the photo to pixels of the copy, (..., 2)."""
         return (points_px + 0.5) * self.scale - 0.5
 
@@ -50,7 +50,7 @@ class Canvas:
         self, points_px: Floats, colour: Colour, size: float = 0.7, closed: bool = False, dashed: bool = False
     ) -> None:
         """Draw a line through points in pixels of the photo. A dashed line is as thin as possible."""
-        lines = [self.at(points_px)]
+        lines = [self.to_copy_px(points_px)]
         if dashed:
             dashes, size = resampled(lines[0], DASH * self.unit), 0
             lines = [dashes[start : start + 2] for start in range(0, len(dashes) - 1, 2)]
@@ -100,7 +100,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     canvas.line(outline.right_wall_px, RIGHT)
     canvas.line(outline.centreline_px, CENTRE)
     if trajectory is not None:
-        nozzle = canvas.at(photo.to_px(trajectory.position_mm[:, :2]))
+        nozzle = canvas.to_copy_px(photo.to_px(trajectory.position_mm[:, :2]))
         # The dots are small, so that the centreline is visible between them.
         path_px = nozzle[trajectory.giving]
         for bead in resampled(path_px, BEADS * canvas.unit) if len(path_px) > 1 else ():
@@ -114,7 +114,7 @@ def draw_way(photo: Photo, path: CrackPath) -> Pixels:
     """Return the photo with a path without walls, in the overlay's size, (height, width, 3) RGB."""
     canvas = Canvas(photo)
     canvas.line(path.points_px, CENTRE, 1.5)
-    for point in canvas.at(path.points_px[[0, -1]]):
+    for point in canvas.to_copy_px(path.points_px[[0, -1]]):
         canvas.dot(point, 3, ENDS, PAPER)
     return canvas.picture
 
@@ -125,7 +125,7 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Pixels:
     for crack in cracks:
         canvas.line(crack.outline_px, ENDS, 1.5, closed=True)
     for number, crack in enumerate(cracks, 1):
-        middle = canvas.at(crack.middle_px)
+        middle = canvas.to_copy_px(crack.middle_px)
         canvas.dot(middle, 15, INK, PAPER)
         canvas.text(middle + 2 * canvas.text_size(str(number)) * (-0.5, 0.5), str(number), PAPER, 2)
     return canvas.picture
@@ -133,7 +133,7 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Pixels:
 
 def _mark_ends(canvas: Canvas, outline: Outline) -> None:
     """Draw a dot on each end of the crack, and a label beyond the dot."""
-    unit, centreline = canvas.unit, canvas.at(outline.centreline_px)
+    unit, centreline = canvas.unit, canvas.to_copy_px(outline.centreline_px)
     first = f"start, s = 0 ({outline.ends[0]} end)"
     last = f"s = {outline.length_mm:.1f} mm ({outline.ends[1]} end)"
     for way, text in ((centreline, first), (centreline[::-1], last)):
@@ -169,8 +169,8 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
     if trajectory is not None and len(pour_s_mm := trajectory.s_mm[trajectory.giving]):
         lines.append((NOZZLE, f"nozzle, from s = {pour_s_mm[0]:.1f} to {pour_s_mm[-1]:.1f} mm"))
     width = max(canvas.text_size(text)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
-    size, taken = np.array([width, row * len(lines) + pad]), canvas.at(outline.outline_px)
-    low, high = np.clip(canvas.at(outline.shown_px), 0, canvas.extent)
+    size, taken = np.array([width, row * len(lines) + pad]), canvas.to_copy_px(outline.outline_px)
+    low, high = np.clip(canvas.to_copy_px(outline.shown_px), 0, canvas.extent)
     corners = [low + np.maximum(high - low - size, 0) * (right, down) for down in (0, 1) for right in (0, 1)]
     low = min(corners, key=lambda box: int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()))
     canvas.panel(low, low + size, PAPER, 0.8)

@@ -223,7 +223,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float, along_edge: boo
     levels = (HALF, STAINED) if wall_share == HALF else (wall_share,)
     # Samples of unknown brightness must not attract a wall.
     excess = np.concatenate([np.where(valid, share - level, 0) for level in levels])
-    place_px, *stained_px = np.split(follow(excess, sample_px, strip.station_px), len(levels))
+    place_px, *stained_px = np.split(cheapest_wall(excess, sample_px, strip.station_px), len(levels))
     for inner_px in stained_px:
         place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
 
@@ -236,7 +236,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float, along_edge: boo
         place_px, clear_step = refined_to_subpixel(shown, place_px, sigma_px, sample_px, over, contrast, rim)
     rim = dark + max(wall_share, HALF) * (bright.mean(axis=0) - dark)
     return Walls(
-        completed(place_px * strip.mm_per_px, clear_step, max(1, round(MEDIAN_WIDTHS * across)), along_edge),
+        fill_gaps(place_px * strip.mm_per_px, clear_step, max(1, round(MEDIAN_WIDTHS * across)), along_edge),
         clear_step,
         np.zeros_like(clear_step),
         strip.light[:, strip.middle] < rim,
@@ -258,7 +258,7 @@ def _levels(strip: Strip, width_mm: float, over: int) -> tuple[Floats, Floats]:
     return dark, steadied(outward(strip, np.where(mortar, strip.light, np.nan)), over)
 
 
-def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
+def cheapest_wall(excess: Floats, sample_px: float, station_px: float) -> Floats:
     """Return the distance of the wall on each side from the line in px, (sides, stations), to the nearest sample.
 
     ``excess``, (sides, stations, samples), is negative in the crack. The wall is the line with the lowest cost. The
@@ -294,7 +294,7 @@ def cheapest_way(cost: Floats, price: Floats) -> Integers:
     return route
 
 
-def completed(walls: Floats, clear_step: Booleans, usual: int, along_edge: bool) -> Floats:
+def fill_gaps(walls: Floats, clear_step: Booleans, usual: int, along_edge: bool) -> Floats:
     """Return both walls, (2, stations), interpolated linearly between stations with a clear step.
 
     Past the last step of a wall, its distance from the other wall is the median width of ``usual`` stations, unless

@@ -129,7 +129,7 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, nozzle_mm)
     courses = [read_fill(run_path(folder, run) / FILL) for run in read_plan(folder).runs]
     fills = {
-        run.values: Fill(run, mapped.chart.said(run), scene, course)
+        run.values: Fill(run, mapped.chart.text_of(run), scene, course)
         for run, course in zip(mapped.chart.runs, courses, strict=True)
     }
     drawn = {

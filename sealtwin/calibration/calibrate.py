@@ -28,7 +28,7 @@ from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, require_own
 from sealtwin.material import material_text
 from sealtwin.study.runner import StudyOptions
-from sealtwin.trial.job import NUMBERS, shown
+from sealtwin.trial.job import NUMBERS, display_path
 from sealtwin.trial.trial_file import SETTINGS, SettingValues, load_trial, no_such_setting, replaced, sets_resolution
 from simulate.material_file import KEY_OF_LAW, Material
 from simulate.settings import LAWS, VISCOSITIES_PA_S
@@ -248,7 +248,7 @@ def _written(
         "trials": [
             {
                 "trial": twin.name,
-                "file": shown(twin.file),
+                "file": display_path(twin.file),
                 "role": "calibrated" if twin in twins else "held out",
                 "readings": {"file": twin.sheet.name, "data": twin.data, "sha256": files.sha256(twin.sheet)},
             }
@@ -261,12 +261,12 @@ def _written(
         ],
         "predictions": [
             {"trial": prediction.trial, "role": prediction.role, "rms_mm": prediction.rms_mm,
-             "flat_rms_mm": prediction.flat_rms_mm, "stations_in_band": prediction.held}
+             "flat_rms_mm": prediction.flat_rms_mm, "stations_in_band": prediction.share_inside}
             for prediction in calibrated.predictions
         ],
         "confirmed_rms_mm": [_confirmed_mm(result, number) for number in range(len(twins))] if result.possible else [],
         "unused_runs": calibrated.unused,
-        "page": shown(folder / PAGE),
+        "page": display_path(folder / PAGE),
         "files": written,
     }  # fmt: skip
 

@@ -155,7 +155,7 @@ class _Search:
             open_mm2 = np.zeros(len(draws))
             for emulator in posterior.emulators:
                 relative = emulator.scatter.relative(np.array(chosen))
-                _, variance = emulator.processes.with_points(np.array(chosen), relative).at(draws)
+                _, variance = emulator.processes.with_points(np.array(chosen), relative).predicted(draws)
                 open_mm2 += variance.sum(axis=1)
             chosen.append(draws[open_mm2.argmax()])
         return np.array(chosen)

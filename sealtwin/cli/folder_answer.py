@@ -11,7 +11,7 @@ from sealtwin.lab.files import PAIRING, CatalogueFault, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.sample import LabSample
 from sealtwin.study.photos import CSV, SHEET, Batch
-from sealtwin.trial.job import shown
+from sealtwin.trial.job import display_path
 from validate.readings.grid import listed
 from validate.units import counted
 
@@ -96,7 +96,7 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
             for state in ("failed", "left out")
             for line in _together(state, ((run.name, f"{run.reason}") for run in results if run.state == state))
         ),
-        f"{counted(len(results), 'sample')}: {counts or 'none'}. Catalogue: {shown(lab)}/{TABLE}",
+        f"{counted(len(results), 'sample')}: {counts or 'none'}. Catalogue: {display_path(lab)}/{TABLE}",
     ]
     code = GATE_FAILED if any(run.passed is False for run in results) else 0
     code = SOME_FAILED if {"failed", "left out"} & {*states} else code
@@ -105,7 +105,7 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
 
 
 def _lab_answer(lab: Path, lines: Sequence[str], content: dict[str, Any], code: int = 0) -> Answer:
-    return Answer({"lab": shown(lab), **content}, [*map(plain, lines)], code)
+    return Answer({"lab": display_path(lab), **content}, [*map(plain, lines)], code)
 
 
 def _sample(sample: LabSample) -> dict[str, Any]:
@@ -154,7 +154,7 @@ def _together(state: str, named: Named) -> list[str]:
 def _ending(ingested: Ingested) -> list[str]:
     samples = [each for each in ingested.samples if "photo" in each.files]
     sound = [each.fate for each in samples if not each.questions]
-    unchanged, lab = sound.count("unchanged"), shown(ingested.lab)
+    unchanged, lab = sound.count("unchanged"), display_path(ingested.lab)
     count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(samples) == 1 else 'are'} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if ingested.dry_run:

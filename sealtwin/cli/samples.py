@@ -147,9 +147,9 @@ def export(
     """
     from sealtwin.core.run_folder import look_into
     from sealtwin.trial.exports import KINDS, export_runs
-    from sealtwin.trial.job import other_versions, shown
+    from sealtwin.trial.job import display_path, other_versions
 
-    names = [*map(shown, export_runs(folders, [kind for kind in KINDS if kind in options.formats], out))]
+    names = [*map(display_path, export_runs(folders, [kind for kind in KINDS if kind in options.formats], out))]
     others = other_versions(*map(look_into, folders), stage="digitise")
     command.reply({"files": names, "other_versions": others}, [*others, *names])
 

@@ -201,7 +201,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     return [
         *mapped.page.cautions,
         f"{chart.name}: {len(chart.runs)} runs compared with {chart.readings.source}.",
-        f"Nearest to the readings: run {best.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
+        f"Nearest to the readings: run {best.number} ({chart.text_of(best)}), {best.mean_error_mm:.2f} mm on average.",
         chart.beside_baselines,
         chart.flatness,
         chart.exclusion,

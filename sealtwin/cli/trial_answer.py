@@ -161,7 +161,7 @@ def _concluded(result: "TrialResult") -> Rows:
     from validate.sentences import sentence
 
     if (m := result.comparison) is not None:
-        yield from (("Result", text) for text in _compared(m))
+        yield from (("Result", text) for text in _comparison_texts(m))
         low_mm, high_mm = m.interval_95_mm or (m.mean_error_mm, m.mean_error_mm)
         # No gate is applied to a level that the fast model computed.
         screening = texts(of_keys(m.headline, "verdict.screening"))
@@ -176,7 +176,7 @@ def _concluded(result: "TrialResult") -> Rows:
     yield "Result", text
 
 
-def _compared(m: "Comparison") -> Iterator[str]:
+def _comparison_texts(m: "Comparison") -> Iterator[str]:
     """Yield three lines: the mean error and the readings, the baselines and stations, and the worst error.
 
     If the mean error is not valid, the lines say why.

@@ -44,7 +44,7 @@ from sealtwin.plan.verify import (
 )
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.exports import CellFile, origin_of, write_programs
-from sealtwin.trial.job import numbers_up_to, require_sample, shown, start_job
+from sealtwin.trial.job import display_path, numbers_up_to, require_sample, start_job
 from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, seen_from, trial_text
 from simulate.slot.run import paste_of
 from validate.uncertainty.computed import Z_95, further_run_mm2, require_different
@@ -253,7 +253,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
     return {
         "version": 1,
         "name": name,
-        "folder": shown(folder),
+        "folder": display_path(folder),
         "stage_numbers": numbers_up_to("simulate"),
         "fluid_warnings": fluid_warnings,
         "kept": planned.best.name,

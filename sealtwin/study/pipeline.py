@@ -23,10 +23,10 @@ from sealtwin.trial.job import (
     StageName,
     adopt_trial,
     clear,
+    display_path,
     other_versions,
     require_sample,
     require_solid,
-    shown,
     start_job,
 )
 from sealtwin.trial.trial_file import Trial
@@ -142,7 +142,7 @@ def read_result(job: Job) -> TrialResult:
     with files.reading_stage_file(folder.path):
         result = TrialResult(
             name=job.trial.name,
-            folder=shown(folder.path),
+            folder=display_path(folder.path),
             wall_time_s=sum(manifest[stage]["wall_time_s"] for stage in stages),
             stages=tuple(stages),
             computed_by={
@@ -156,7 +156,7 @@ def read_result(job: Job) -> TrialResult:
             sample=_sample(folder.path, job.trial) if "digitise" in stages else None,
             fluid=_fluid(job) if "simulate" in stages else None,
             seeds=read_seeds(job),
-            **(_compared(job) if "validate" in stages else {}),
+            **(_validation_records(job) if "validate" in stages else {}),
         )
     target, text = folder.path / RESULT, files.as_json(result.model_dump())
     if not target.is_file() or files.read_text(target) != text:
@@ -211,12 +211,12 @@ def _fluid(job: Job) -> FluidFigures:
     )
 
 
-def _compared(job: Job) -> dict[str, Any]:
+def _validation_records(job: Job) -> dict[str, Any]:
     """Return the records that the stage validate wrote, by field of ``TrialResult``."""
     folder, has_readings = job.path, job.trial.readings is not None
     predicted = not has_readings and (folder / PREDICTION).is_file()
     return {
-        "report": shown(folder / "report.html"),
+        "report": display_path(folder / "report.html"),
         "comparison": read_comparison(folder) if has_readings else None,
         "prediction": record_files.read_record(PredictedLevel, folder / PREDICTION) if predicted else None,
     }

@@ -15,10 +15,10 @@ from sealtwin.trial.job import (
     SIMULATED,
     STAGES,
     Job,
+    display_path,
     made_by,
     other_versions,
     resume_job,
-    shown,
 )
 from sealtwin.trial.validate_stage import read_level, readings_of
 from validate.figures.compare_page import COLOURS, STAGE_NUMBER, Side, compare_page, differing, runs_table
@@ -50,7 +50,7 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Pa
     table = runs_table(sides).numbers
     content = {
         "version": 2,
-        "page": shown(out / PAGE),
+        "page": display_path(out / PAGE),
         "finding": page.finding,
         "runs": [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)],
         "differing": differing(sides),
@@ -85,7 +85,7 @@ def _side(job: Job) -> Side:
     stages = STAGES if readings is not None else STAGES[:-1]
     numbers = {STAGE_NUMBER + stage: job.folder.numbers_of(stage).get(stage, UNNUMBERED) for stage in stages}
     return Side(
-        name=f"{job.trial.name} ({shown(job.path)})",
+        name=f"{job.trial.name} ({display_path(job.path)})",
         settings=_flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS))) | numbers,
         profile=profile,
         readings=readings,

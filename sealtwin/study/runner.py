@@ -356,7 +356,7 @@ def _seal(sample: Sample, trials: Sequence[Trial], options: StudyOptions) -> lis
             if isinstance(outcome, NumericalError):
                 raise outcome
             run, profile = outcome
-            figures = RunFigures(**_figures(run), **_compared(profile, sample.readings))
+            figures = RunFigures(**_figures(run), **_level_errors(profile, sample.readings))
         except SealtwinError as fault:
             judged.append(_failure(fault, launch_s + time.monotonic() - began))
         else:
@@ -382,7 +382,7 @@ def _figures(run: Run) -> dict[str, Any]:
     return {**counts, "volume_ratio": ratio, "fluid_warnings": warnings, "health": run.health}
 
 
-def _compared(simulated: Profile, measured: Profile | None) -> dict[str, Any]:
+def _level_errors(simulated: Profile, measured: Profile | None) -> dict[str, Any]:
     """Return the errors of a run's level relative to the readings. Empty if there are no readings."""
     if measured is None:
         return {}

@@ -20,7 +20,7 @@ from sealtwin.core.record_files import Amount, Count, Result, as_record, read_pr
 from sealtwin.core.records import FROM_JSON, Profile
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
 from sealtwin.core.run_folder import other_numbers
-from sealtwin.trial.job import NUMBERS, StageName, numbers_up_to, shown
+from sealtwin.trial.job import NUMBERS, StageName, display_path, numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from validate.comparison import Baseline
 from validate.metrics.verdict import kept_volume
@@ -170,7 +170,7 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
     """
     numbers = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
     others = _computed_by_others(plan, numbers)
-    return [f"{shown(folder)}: {others}. 'sealtwin sweep' with its study computes them again."] if others else []
+    return [f"{display_path(folder)}: {others}. 'sealtwin sweep' with its study computes them again."] if others else []
 
 
 def _computed_by_others(plan: Plan, numbers: Mapping[str, int]) -> str:

@@ -28,7 +28,7 @@ from sealtwin.study.study_folder import (
     run_path,
 )
 from sealtwin.study.sweep import screening
-from sealtwin.trial.job import check_sheet, shown
+from sealtwin.trial.job import check_sheet, display_path
 from sealtwin.trial.trial_file import Trial, as_run
 from validate.figures.chart import (
     UNFIT,
@@ -109,7 +109,7 @@ def map_study(
     drawn = [
         Fill(
             run,
-            f"{letter}  {chart.said(run)}",
+            f"{letter}  {chart.text_of(run)}",
             _scene(folder, done[run.number]),
             read_fill(_fill_path(folder, done[run.number])),
         )
@@ -267,7 +267,7 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "version": 1,
         "name": chart.name,
         "stage_numbers": plan.numbers,
-        "page": shown(target / PAGE),
+        "page": display_path(target / PAGE),
         "readings": {"source": chart.readings.source, "data": chart.readings.data, "dialect": chart.readings.dialect},
         "axes": [{name: getattr(axis, name) for name in ("setting", "unit", "logarithmic")} for axis in chart.axes],
         "best": rows[int(np.argmin(chart.errors_mm))],

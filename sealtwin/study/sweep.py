@@ -27,7 +27,7 @@ from sealtwin.study.study_folder import (
     remove_temporary_files,
     write_plan,
 )
-from sealtwin.trial.job import DIGITISED, numbers_up_to, require_sample, shown, stage_settings, start_job
+from sealtwin.trial.job import DIGITISED, display_path, numbers_up_to, require_sample, stage_settings, start_job
 from sealtwin.trial.trial_file import SettingValues, drafted, load_trial, refuse_seeds, replaced, sets_resolution
 from validate.metrics.verdict import kept_volume
 from validate.run_facts import DRAFTED_MM
@@ -175,7 +175,7 @@ def report(folder: Path, plan: Plan) -> dict[str, Any]:
         files.write_sheet(folder / TABLE, list(rows[0]), cells)
     return {
         "name": plan.study,
-        "folder": shown(folder),
+        "folder": display_path(folder),
         "states": {state: sum(run.state == state for run in runs) for state in STATES},
         "stage_numbers": plan.numbers,
         "other_versions": other_versions(folder, plan),

@@ -22,8 +22,8 @@ from sealtwin.trial.job import (
     STRAIGHT,
     Job,
     begin_writing,
+    display_path,
     sample_files,
-    shown,
     stage_settings,
 )
 from sealtwin.trial.trial_file import Trial
@@ -141,7 +141,7 @@ def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
     except InputError as fault:
         picture = job.path / REFUSED
         files.write_png(picture, draw())
-        raise InputError(f"{fault} Look at {shown(picture)}.") from None
+        raise InputError(f"{fault} Look at {display_path(picture)}.") from None
 
 
 def _hashes_of_sample(trial: Trial, source: Path) -> dict[str, str]:

@@ -18,7 +18,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Trajectory
 from sealtwin.core.run_folder import RunFolder, look_into, require_folder, stage_key
 from sealtwin.core.settings import checked, read_settings
-from sealtwin.trial.job import other_versions, require_digitised, shown
+from sealtwin.trial.job import display_path, other_versions, require_digitised
 from sealtwin.trial.trial_file import load_trial
 
 ExportKind = Literal["mask", "dxf"]
@@ -110,7 +110,7 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
         facts = {"numbers": numbers, "from_user": [*cell.inputs]}
         folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
     others = other_versions(folder, stage="digitise")
-    return {**report, "folder": shown(target), "kept": renamed, "other_versions": others}
+    return {**report, "folder": display_path(target), "kept": renamed, "other_versions": others}
 
 
 def origin_of(folder: Path, trial: str, outline: Outline, names: Sequence[str]) -> dict[str, Any]:

@@ -88,7 +88,7 @@ def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[
         finished: list[StageName] = [name for name in STAGES if name in folder.finished()]
         last = stage or (finished[-1] if finished else None)
         if last and (other := other_numbers(folder.numbers_of(last), numbers_up_to(last))):
-            path = shown(folder.path)
+            path = display_path(folder.path)
             sentences.append(f"{path}: computed by {other}. 'sealtwin run TRIAL --out {path}' computes it again.")
     return sentences
 
@@ -167,7 +167,8 @@ def require_sample(trial: Trial, source: Path) -> None:
         if not (source / file).exists():
             cure = "Put the file there, or correct the name."
             if (source / MANIFEST).is_file():
-                cure = f"A run folder has no copy of it; 'sealtwin simulate {shown(source)}' uses the digitised crack."
+                command = f"sealtwin simulate {display_path(source)}"
+                cure = f"A run folder has no copy of it; '{command}' uses the digitised crack."
             raise InputError(f"{source / file}: not found, but {table}.{role} names it. {cure}")
 
 
@@ -261,7 +262,7 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     return {name: files.sha256(job.path / name) for name in names}
 
 
-def shown(path: Path) -> str:
+def display_path(path: Path) -> str:
     """Return a path as text. A path inside the current folder becomes relative, so that it does not name the user."""
     try:
         below = path.absolute().is_relative_to(Path.cwd())

@@ -99,7 +99,7 @@ def _opened(path: Path, replacements: SettingValues) -> Opened:
         shape, tables = _shape(path, replacements)
         facts = {"saves_to": f"Writes {trial.path.name} to the photo's folder, with the sealant of 'sealtwin init'."}
         runs, new = True, True
-    facts |= {"is_new": new, "path_only": bool(settings.path_only), "shape": shape.said(), "tables": tables}
+    facts |= {"is_new": new, "path_only": bool(settings.path_only), "shape": shape.entries(), "tables": tables}
 
     def save(hints: Hints, shape: Shape) -> dict[str, Any]:
         changed = trial.save(hints, shape)
@@ -171,11 +171,13 @@ class TrialFile:
         before = with_settings(before, self._settings)
         after = tomllib.loads(edited)
         others = {key: value for key, value in before["photo"].items() if key not in self._keys}
-        tables = {"photo": {**others, **hints.said()}}
-        if "crack" in before or shape.said():
-            tables["crack"] = {**before.get("crack", {}), **shape.said()}
+        tables = {"photo": {**others, **hints.entries()}}
+        if "crack" in before or shape.entries():
+            tables["crack"] = {**before.get("crack", {}), **shape.entries()}
         if after != {**before, **tables}:
-            lines = "; ".join(f"{key} = {json.dumps(value)}" for key, value in {**hints.said(), **shape.said()}.items())
+            lines = "; ".join(
+                f"{key} = {json.dumps(value)}" for key, value in {**hints.entries(), **shape.entries()}.items()
+            )
             raise InputError(
                 f"{self.path}: [photo] or [crack] is written in a form that sealtwin cannot edit without other "
                 f"changes. Add these lines yourself: {lines}"
@@ -216,13 +218,13 @@ def with_hints(
     document = tomlkit.parse(text.replace("\r\n", "\n"))
     replaced = _replaced(document, settings)
     photo: Any = document["photo"]
-    values = hints.said()
+    values = hints.entries()
     removed = [key for key in keys if key not in values and key in photo]
     for key in removed:
         photo.remove(key)
-    if "crack" not in document and shape.said():
+    if "crack" not in document and shape.entries():
         document["crack"] = tomlkit.table()
-    changed = [*replaced, *_filled(photo, values), *removed, *_filled(document.get("crack", {}), shape.said())]
+    changed = [*replaced, *_filled(photo, values), *removed, *_filled(document.get("crack", {}), shape.entries())]
     edited = tomlkit.dumps(document)
     return edited.replace("\n", "\r\n") if windows else edited, changed
 

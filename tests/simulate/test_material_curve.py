@@ -36,7 +36,7 @@ def write(folder: Path, name: str, text: str) -> str:
 @pytest.mark.parametrize("mark", ["", "\ufeff"], ids=["plain", "Excel's UTF-8"])
 def test_a_curve_interpolates_the_logarithm_of_viscosity_between_its_rows(tmp_path, mark):
     paste = fluid(curve=write(tmp_path, "paste.csv", mark + CURING)).loaded(tmp_path)
-    assert np.array(paste.course.at(np.array([0.0, 5.0, 10.0, 99.0]))) == pytest.approx(
+    assert np.array(paste.course.at_age(np.array([0.0, 5.0, 10.0, 99.0]))) == pytest.approx(
         np.array([[0.05, 0.5, 5.0, 5.0], [0.0, 10.0, 20.0, 20.0]])
     )
     assert paste.fresh == pytest.approx((0.05, 0.0))

@@ -14,7 +14,7 @@ import pytest
 from sealtwin.core.vtk_files import ParticleState
 from simulate.injection import ComputeOptions, Injection
 from simulate.kernels import status
-from simulate.run import follow
+from simulate.run import run_to_end
 from simulate.settings import Fluid
 from simulate.watchers import COLUMNS, Checkpoint, HealthLog, Moments
 from tests.support.small_fluids import injected, path, results, slot
@@ -132,9 +132,9 @@ def test_a_checkpoint_is_written_after_the_health_row_of_its_frame(tmp_path, mon
         kept, log = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
         fates = {"before": (kept, log, Dies(20)), "between": (kept, Dies(20), log), "after": (Dies(20), kept, log)}
         with pytest.raises(KeyboardInterrupt):
-            follow(brief(), ComputeOptions(watchers=fates[dies]))
+            run_to_end(brief(), ComputeOptions(watchers=fates[dies]))
         again = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
-        follow(brief(), ComputeOptions(watchers=again))
+        run_to_end(brief(), ComputeOptions(watchers=again))
         rows = (folder / "health.csv").read_text().splitlines()[1:]
         assert [int(row.split(",")[0]) for row in rows] == list(range(10, 10 * len(rows) + 1, 10))
 

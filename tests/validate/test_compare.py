@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from sealtwin.study.runner import MAX_NUMBERS, _compared
+from sealtwin.study.runner import MAX_NUMBERS, _level_errors
 from tests.support.levels import PROSE, STATIONS, compared, curves, measured, profile
 
 
@@ -57,7 +57,7 @@ def test_a_station_beyond_the_crack_shapes_the_line_of_readings_but_is_not_compa
     assert (metrics.basis.stations_compared, metrics.basis.stations_used) == (16, 17)
     assert metrics.basis.stations_beyond_mm.tolist() == [80.0]
     assert (len(metrics.stations.s_mm), set(metrics.stations.simulated_mm)) == (16, {1.0})
-    figures = _compared(profile([0.0, 79.5], [1.0, 1.0]), measured())
+    figures = _level_errors(profile([0.0, 79.5], [1.0, 1.0]), measured())
     assert (figures["stations_compared"], figures["mean_error_mm"]) == (16, metrics.mean_error_mm)
     assert [curve.numbers for curve in figures["baselines"]] == [*range(1, MAX_NUMBERS + 1)]
     names = {"role": "calibrated-on", "fitted": tuple(f"setting {number}" for number in range(16))}

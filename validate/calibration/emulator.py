@@ -62,7 +62,7 @@ class Processes:
         weights = np.einsum("kij,jk->ki", inverse, scores)
         return cls(points, scores, length, variance, nugget, relative, inverse, weights)
 
-    def at(self, points: Floats) -> tuple[Floats, Floats]:
+    def predicted(self, points: Floats) -> tuple[Floats, Floats]:
         """Return the mean and the variance of the scores, averaged over seeds, (m, k) each."""
         across = matern(points, self.points, self.length, self.variance)
         mean = np.einsum("kmn,kn->mk", across, self.weights)
@@ -74,7 +74,7 @@ class Processes:
 
         Only the variance of the returned processes is valid.
         """
-        both = np.vstack([self.points, points]), np.vstack([self.scores, self.at(points)[0]])
+        both = np.vstack([self.points, points]), np.vstack([self.scores, self.predicted(points)[0]])
         return Processes.given(*both, self.length, self.variance, self.nugget, np.append(self.relative, relative))
 
 
@@ -190,7 +190,7 @@ class Emulator:
 
     def levels_mm(self, points: Floats) -> Floats:
         """Return the levels at ``points`` (m, d), averaged over seeds, (m, n)."""
-        return self.mean_mm + self.processes.at(points)[0] @ self.basis_mm
+        return self.mean_mm + self.processes.predicted(points)[0] @ self.basis_mm
 
 
 def most_components(runs: int, stations: int) -> int:

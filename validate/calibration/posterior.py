@@ -212,18 +212,20 @@ class Posterior:
 
     @cached_property
     def _misfits(self) -> list[list[_Misfit]]:
-        return [self._compared(float(size_mm), self.smooth) for size_mm in self.discrepancies_mm]
+        return [self._misfits_with(float(size_mm), self.smooth) for size_mm in self.discrepancies_mm]
 
     @cached_property
     def _exact(self) -> list[_Misfit]:
-        return self._compared(0.0, smooth=False)
+        return self._misfits_with(0.0, smooth=False)
 
-    def _compared(self, discrepancy_mm: float, smooth: bool) -> list[_Misfit]:
+    def _misfits_with(self, discrepancy_mm: float, smooth: bool) -> list[_Misfit]:
         pairs = zip(self.emulators, self.evidence, strict=True)
         return [_Misfit(*pair, discrepancy_mm, smooth) for pair in pairs]
 
     def _expected(self, points: Floats) -> list[tuple[Floats, Floats, Floats]]:
-        return [(*emulator.processes.at(points), emulator.scatter.relative(points)) for emulator in self.emulators]
+        return [
+            (*emulator.processes.predicted(points), emulator.scatter.relative(points)) for emulator in self.emulators
+        ]
 
     def log_densities(self, points: Floats) -> Floats:
         """Return ln of the density for each size of the model discrepancy, up to a constant, (sizes, m)."""

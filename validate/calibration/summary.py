@@ -46,16 +46,16 @@ class Prediction:
         return float(self.read_mm.std())
 
     @property
-    def held(self) -> float:
+    def share_inside(self) -> float:
         """Fraction of the stations whose reading is inside the 95 % band."""
         return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
 
     @property
-    def judged(self) -> str:
+    def coverage_sentence(self) -> str:
         """Sentence on the distance of the readings from the predicted mean, and on the fraction inside the band."""
         return (
             f"RMS error {self.rms_mm:.2f} mm (best flat level: {self.flat_rms_mm:.2f} mm); "
-            f"{percent(self.held, 0)} of {len(self.s_mm)} stations are in the 95 % band."
+            f"{percent(self.share_inside, 0)} of {len(self.s_mm)} stations are in the 95 % band."
         )
 
 
@@ -64,7 +64,7 @@ def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Float
     from scipy.special import ndtri
 
     levels_mm = emulator.levels_mm(draws)
-    open_mm2 = emulator.processes.at(draws)[1].mean(axis=0) @ emulator.basis_mm**2
+    open_mm2 = emulator.processes.predicted(draws)[1].mean(axis=0) @ emulator.basis_mm**2
     relative = emulator.scatter.relative(draws).mean()
     noise_mm2 = (relative * emulator.run_noise_mm2 + evidence.covariance_mm2 + evidence.smooth_mm2).diagonal()
     return levels_mm.mean(axis=0), ndtri((1 + SHARE) / 2) * np.sqrt(levels_mm.var(axis=0) + open_mm2 + noise_mm2)
@@ -123,7 +123,7 @@ class Calibrated:
             for marginal in self.marginals
         ]
         sentences += [
-            f"{prediction.trial}, held out: {prediction.judged}"
+            f"{prediction.trial}, held out: {prediction.coverage_sentence}"
             for prediction in self.predictions
             if prediction.role == "held out"
         ]
@@ -176,10 +176,10 @@ class Calibrated:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])
             sentences.append(f"The emulator does not use {len(self.unused)} runs. {reasons}")
         sentences += [
-            f"{prediction.trial}, held out: only {percent(prediction.held, 0)} of the stations are in the 95 % band. "
-            "The calibrated material does not fit this trial."
+            f"{prediction.trial}, held out: only {percent(prediction.share_inside, 0)} of the stations are in the 95 % "
+            "band. The calibrated material does not fit this trial."
             for prediction in self.predictions
-            if prediction.role == "held out" and prediction.held < MIN_IN_BAND
+            if prediction.role == "held out" and prediction.share_inside < MIN_IN_BAND
         ]
         return sentences
 

@@ -72,7 +72,7 @@ def _levels(calibrated: Calibrated, prediction: Prediction, number: int) -> Sect
             "band_half_width_mm": prediction.half_mm,
         },
     )
-    return Section(f"{prediction.trial}: {prediction.role}", [prediction.judged, used, plot])
+    return Section(f"{prediction.trial}: {prediction.role}", [prediction.coverage_sentence, used, plot])
 
 
 @themed()

@@ -63,7 +63,7 @@ class Axis:
         """Return the positions of values on the axis, (n,). On a logarithmic axis these are the logarithms."""
         return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
 
-    def said(self, values: Floats | float) -> str:
+    def text_of(self, values: Floats | float) -> str:
         """Return a value or a range of values as text, for example "D = 0.3 cm" or "D from 0.03 to 0.3 cm"."""
         # Four digits, and 10000 for 1e+04.
         low, high = (f"{float(f'{value:.4g}'):g}" for value in (np.min(values), np.max(values)))
@@ -212,7 +212,7 @@ class Chart:
 
     @property
     def nearest(self) -> str:
-        return f"nearest: {self.said(self.best)}, {self.best.mean_error_mm:.2f} mm"
+        return f"nearest: {self.text_of(self.best)}, {self.best.mean_error_mm:.2f} mm"
 
     @property
     def pairs(self) -> Floats:
@@ -237,9 +237,9 @@ class Chart:
             and ConvexHull(self.places).volume >= MIN_SHARE
         )
 
-    def said(self, run: HeldRun) -> str:
+    def text_of(self, run: HeldRun) -> str:
         """Return the two settings of a run as text."""
-        return ", ".join(axis.said(value) for axis, value in zip(self.axes, run.values, strict=True))
+        return ", ".join(axis.text_of(value) for axis, value in zip(self.axes, run.values, strict=True))
 
     @property
     def flatness(self) -> str:
@@ -259,7 +259,7 @@ class Chart:
         if len(near) == 1:
             return f"{first} no other pair fits equally well."
         values = self.pairs[np.array(self.as_near)].T
-        spans = [axis.said(along) for axis, along in zip(self.axes, values, strict=True)]
+        spans = [axis.text_of(along) for axis, along in zip(self.axes, values, strict=True)]
         return (
             f"{first} {len(near)} of {len(self.runs)} pairs fit equally well: {' and '.join(spans)}, with mean errors "
             f"up to {max(run.mean_error_mm for run in near):.2f} mm."

@@ -102,11 +102,11 @@ def map_page(chart: Chart, fills: Sequence[Fill], cautions: Sequence[str] = ()) 
         lead=f"{len(chart.runs)} runs, each compared with the same readings along the crack.",
         cautions=[*cautions, *_cautions(chart)],
         finding=(
-            f"Nearest to the readings: {chart.said(best)}, with a mean error of {best.mean_error_mm:.2f} mm. "
+            f"Nearest to the readings: {chart.text_of(best)}, with a mean error of {best.mean_error_mm:.2f} mm. "
             f"{chart.beside_baselines} {chart.flatness} {chart.exclusion}"
         ),
         key_figures=[
-            ("nearest pair", chart.said(best)),
+            ("nearest pair", chart.text_of(best)),
             ("its mean error", f"{best.mean_error_mm:.2f} mm"),
             *((f"{line.name}, as a baseline", f"{line.mean_error_mm:.2f} mm") for line in chart.baselines),
             ("its bias", f"{signed(best.bias_mm, 2)} mm"),

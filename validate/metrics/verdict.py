@@ -231,7 +231,7 @@ LEVELS: dict[str, Level] = {
 LIMITS = {"fewest_stations": FEWEST_STATIONS, "least_coverage": MIN_COVERAGE, "widest_gap": WIDEST_GAP}
 
 
-def judged(
+def with_verdict(
     comparison: Comparison, gate: Gate | None = None, edited: tuple[str, ...] = (), *, screening: bool = False
 ) -> Comparison:
     """Return the comparison with its headline: baselines, use of the readings, and the declared limit.

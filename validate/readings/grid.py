@@ -158,7 +158,7 @@ def read_grid(path: Path, sheet: str | None = None, separator: Separator | None 
         raise
     except Exception as fault:  # Damaged files raise errors of any class.
         cause = fault.__cause__ or fault
-        finding = f"the file is damaged, or it is not a workbook ({type(cause).__name__}: {shown(str(cause))})."
+        finding = f"the file is damaged, or it is not a workbook ({type(cause).__name__}: {printable(str(cause))})."
         raise refused(path, finding, SAVE_AGAIN) from fault
     return _chosen(path, sheets, sheet).require_size()
 
@@ -323,7 +323,7 @@ def listed(texts: Sequence[str], most: int = MAX_NAMED) -> str:
     return ", ".join(texts[:most]) + more
 
 
-def shown(text: str) -> str:
+def printable(text: str) -> str:
     """Return the text shortened to one line, with escapes for characters that cannot be printed."""
     text = clipped(text)
     return text if text.isprintable() else repr(text)

@@ -93,16 +93,16 @@ class Budget:
     """Change of the mean error, up or down, due to steps of the sealant's level between few stations. It is not an
     error of the level itself."""
 
-    def only(self, keep: Callable[[Component], bool]) -> "Budget":
+    def where(self, keep: Callable[[Component], bool]) -> "Budget":
         return replace(self, components=tuple(component for component in self.components if keep(component)))
 
-    def of(self, *kinds: Kind) -> "Budget":
-        return self.only(lambda component: component.kind in kinds)
+    def of_kind(self, *kinds: Kind) -> "Budget":
+        return self.where(lambda component: component.kind in kinds)
 
-    def joined(self, *more: Component) -> "Budget":
+    def plus(self, *more: Component) -> "Budget":
         return replace(self, components=(*self.components, *more))
 
-    def at(self, which: Booleans) -> "Budget":
+    def at_stations(self, which: Booleans) -> "Budget":
         """Return the budget for a selection of stations, without the shape of the sealant between them."""
         components = [
             replace(component, draws_mm=component.draws_mm[:, which])
@@ -211,7 +211,7 @@ class Budget:
             else 0.0
             for share in (high, low)
         )
-        moved_mm = mean_absolute(x, curve.error_mm + self.only(lambda component: component.shared).along_mm(curve))
+        moved_mm = mean_absolute(x, curve.error_mm + self.where(lambda component: component.shared).along_mm(curve))
         upper_mm = max(mean_mm, most * likely_mm, float(np.quantile(moved_mm, high)))
         return min(mean_mm, least * likely_mm), upper_mm
 
@@ -236,7 +236,10 @@ class Budget:
         """Return a warning about an undeclared error that the data cannot exclude."""
         with_it, without = (
             budget.mean_mm(curve.weights())
-            for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not component))
+            for budget in (
+                self.of_kind("readings"),
+                self.of_kind("readings").where(lambda other: other is not component),
+            )
         )
         times = with_it / max(without, 1e-9)
         return doubted("readings.allowed-for", times, pass_mm=PASS_MM, setting=component.setting)

@@ -55,7 +55,7 @@ class Inputs:
     curved_mm: Floats  # (n, k): further change, equal for an increased and a reduced input; 0 for particles
     together_mm: Floats  # (draws, k): change due to interactions of the inputs; (0, k) for particles
 
-    def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
+    def interpolated(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
         """Return the effects at ``s_mm``, interpolated from ``known_mm``."""
         changes_mm = self.straight_mm, self.curved_mm, self.together_mm
         return Inputs(self.model, self.standards, *(along(s_mm, known_mm, change_mm) for change_mm in changes_mm))
@@ -306,7 +306,7 @@ class Spread:
             seeds = [f"with seed + {number}" for number in range(len(size.levels_mm))]
             require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
 
-    def at(self, s_mm: Floats) -> Replicates | None:
+    def sizes_at(self, s_mm: Floats) -> Replicates | None:
         """Return the levels of the runs at each size, interpolated at ``s_mm``. Returns None if there are none."""
         if self.sizes is None:
             return None
@@ -318,17 +318,17 @@ class Spread:
 
         ``volume_level_mm`` is the change of level due to volume that the numerics gained. None if it is unknown.
         """
-        sizes = self.at(s_mm)
+        sizes = self.sizes_at(s_mm)
         computed = [] if sizes is None else numerical_errors(sizes, volume_level_mm)
         return [*computed, *self.inputs_at(s_mm).errors()]
 
     def inputs_at(self, s_mm: Floats) -> Inputs:
         """Return the effects of the inputs, interpolated at ``s_mm``."""
         if self.draws is not None:
-            return self.draws.inputs.at(self.draws.s_mm, s_mm)
+            return self.draws.inputs.interpolated(self.draws.s_mm, s_mm)
         levels_mm = np.reshape([effect.level_mm for effect in self.effects], (-1, len(self.s_mm)))
         standards = {effect.name: effect.standard for effect in self.effects}
-        return Inputs("particles", standards, levels_mm, 0 * levels_mm, levels_mm[:0]).at(self.s_mm, s_mm)
+        return Inputs("particles", standards, levels_mm, 0 * levels_mm, levels_mm[:0]).interpolated(self.s_mm, s_mm)
 
     def content(self) -> dict[str, Any]:
         """Return this spread as a dict that can be written to JSON. ``of`` reads the dict back."""

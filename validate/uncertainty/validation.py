@@ -160,7 +160,7 @@ def predict(
     mean_mm, half_mm = float(weights[0] @ level_mm), budget.mean_mm(weights)
 
     def standard_mm(kind: Kind) -> Floats | None:
-        alone = budget.of(kind)
+        alone = budget.of_kind(kind)
         return np.round(alone.band_mm / COVERAGE, DIGITS) if alone.components else None
 
     effects, _ = spread.inputs_at(s_mm).reported(s_mm)

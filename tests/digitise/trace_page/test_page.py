@@ -126,7 +126,7 @@ def test_saving_stores_the_hints_and_closes_the_page(page, saved):
     assert answers == [{"saved": {"file": "crack.toml"}, "photos": []}]
     page.wait()
     assert page.saved == [{"file": "crack.toml"}]
-    assert [(hints.said(), depth_mm) for hints, depth_mm in saved] == [({"mm_per_px": 0.1}, 16.0)]
+    assert [(hints.entries(), depth_mm) for hints, depth_mm in saved] == [({"mm_per_px": 0.1}, 16.0)]
 
 
 def test_a_failed_save_gives_its_reason_and_can_be_repeated(page, saved):

@@ -241,7 +241,7 @@ def test_splitting_a_trial_into_hints_and_settings_loses_no_setting():
     """Defaults are not among the hints: a save would write them into a file that never had them."""
     trial = _trial(markers=BOARD, face_mm=(160.0, 40.0), ends_px=HINTED_ENDS, via_px=((5.0, 6.0),), edge_fraction=0.7)
     hints = Hints.of(trial)
-    assert set(hints.said()) == {"ends_px", "via_px", "face_mm"}
+    assert set(hints.entries()) == {"ends_px", "via_px", "face_mm"}
     together = scale_settings(rest_of(trial), hints)
     assert together is not None
     assert together.model_dump(exclude={"ends_px", "via_px"}) == trial.model_dump(exclude={"ends_px", "via_px"})

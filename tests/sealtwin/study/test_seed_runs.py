@@ -133,7 +133,7 @@ def test_the_scatter_of_a_mean_of_3_runs_is_divided_by_sqrt_3(path, monkeypatch)
     assert sizes[1].levels_mm == pytest.approx(np.array([levels[f"seed_{seed}_mm"] for seed in range(3)]))
     s_mm = levels["s_mm"][::10]
     of_mean, of_single = (
-        {error.name: error.draws_mm for error in numerical_errors(present(runs.at(s_mm), "replicates"), None)}
+        {error.name: error.draws_mm for error in numerical_errors(present(runs.sizes_at(s_mm), "replicates"), None)}
         for runs in (spread, replace(spread, mean_of=1))
     )
     assert of_mean["scatter of the mean of 3 runs"] == pytest.approx(of_single["scatter of single runs"] / np.sqrt(3))

@@ -13,7 +13,7 @@ from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
 from sealtwin.study.sweep import sweep
-from sealtwin.trial.job import NUMBERS, shown
+from sealtwin.trial.job import NUMBERS, display_path
 from tests.support.messages import Narration
 from tests.support.tiny_study import HERE, TRIAL, compute_here, job_in, run_tiny, tiny_lab
 
@@ -79,5 +79,7 @@ def test_a_comparison_of_runs_lists_stage_numbers_that_differ(tmp_path, monkeypa
     content, sheet = compare_runs(runs, tmp_path / "page")
     assert content["differing"] == {"stage_number.simulate": [own["simulate"], 999]}
     (sentence,) = content["other_versions"]
-    assert sentence.startswith(f"{shown(runs[0])}: computed by simulate {own['simulate']}, while this version has")
+    assert sentence.startswith(
+        f"{display_path(runs[0])}: computed by simulate {own['simulate']}, while this version has"
+    )
     assert compared_lines(content, sheet).count(sentence) == 1

@@ -14,7 +14,7 @@ from sealtwin.core.run_folder import open_folder
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.uncertainty_runs import vary
 from sealtwin.trial import validate_stage
-from sealtwin.trial.job import NUMBERS, STAGES, numbers_up_to, shown, start_job
+from sealtwin.trial.job import NUMBERS, STAGES, display_path, numbers_up_to, start_job
 from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
 from tests.support.messages import Narration
@@ -101,7 +101,9 @@ def test_every_command_states_once_that_another_version_computed_the_run(run, tm
         monkeypatch.setitem(NUMBERS, raised, number)
         answers = [CliRunner().invoke(app, [*command, *more]) for more in ([], ["--json"])]
         assert [answer.exit_code for answer in answers] == [0, 0], answers[0].stderr
-        sentence = f"{shown(run)}: computed by {raised} {own}, while this version has {raised} 999. 'sealtwin run TRIAL"
+        sentence = (
+            f"{display_path(run)}: computed by {raised} {own}, while this version has {raised} 999. 'sealtwin run TRIAL"
+        )
         assert answers[0].stdout.count(sentence) == times
         others = json.loads(answers[1].stdout)["other_versions"]
         assert [other.startswith(sentence) for other in others] == [True] * times

@@ -33,7 +33,7 @@ def _processes():
 
 def test_predictions_of_the_emulator_agree_with_scikit_learn():
     new = RANDOM.random((5, 2))
-    mean, variance = _processes().at(new)
+    mean, variance = _processes().predicted(new)
     expected, deviation = _oracle().predict(new, return_std=True)
     assert np.allclose(mean[:, 0], expected, rtol=1e-9)
     assert np.allclose(variance[:, 0], deviation**2, rtol=1e-7)

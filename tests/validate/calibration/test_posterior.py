@@ -44,7 +44,7 @@ def _posterior(truth, *, frees=None, trials=1, off_mm: Any = 0.0, **scatter):
 def test_the_posterior_density_is_normal_with_the_covariance_of_readings_and_runs():
     posterior = replace(_posterior((0.4, 0.6), rest_mm2=0.05, slopes=(2.0, -1.0)), smooth=False)
     points = np.array([[0.4, 0.6], [0.5, 0.5], [0.1, 0.9]])
-    mean, variance = posterior.emulators[0].processes.at(points)
+    mean, variance = posterior.emulators[0].processes.predicted(points)
     expected = []
     for point, row, doubt in zip(points, mean, variance, strict=True):
         run_mm2 = (SLOPES.T * 1e-8) @ SLOPES + 0.05 * np.eye(STATIONS)

@@ -64,7 +64,7 @@ def test_the_page_states_the_number_of_drafts_of_all_trials(drafts, lead):
 def test_a_prediction_that_misses_many_readings_gives_a_caution():
     (prediction,) = _calibrated().predictions
     # Stations beyond 20 mm are off by more than the band.
-    assert prediction.held == np.mean(np.abs(0.1 + 0.02 * S_MM) <= 0.5)
+    assert prediction.share_inside == np.mean(np.abs(0.1 + 0.02 * S_MM) <= 0.5)
     narrow = replace(prediction, half_mm=np.full(8, 0.3))
     assert any("does not fit this trial" in text for text in _calibrated(predictions=(narrow,)).cautions)
     same = replace(narrow, role="calibrated")

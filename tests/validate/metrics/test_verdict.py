@@ -13,8 +13,8 @@ from validate.intervals import BudgetSummary, ErrorUncertainty
 from validate.metrics.verdict import (
     basis_of,
     flat_levels,
-    judged,
     nearer_baseline,
+    with_verdict,
 )
 from validate.settings import Gate
 
@@ -55,7 +55,7 @@ def judgement_of(
     uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=interval_mm, **parts) if interval_mm else None
     errors = ErrorFigures(mean_error_mm, *[0.0] * 6)
     comparison = Comparison.model_construct(**JUDGED | more, errors=errors, basis=basis, uncertainty=uncertainty)
-    return judged(comparison, None if gate is None else Gate(mean_error_mm=gate), edited, screening=screening)
+    return with_verdict(comparison, None if gate is None else Gate(mean_error_mm=gate), edited, screening=screening)
 
 
 @pytest.mark.parametrize(

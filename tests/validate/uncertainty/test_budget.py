@@ -59,7 +59,7 @@ def test_weights_of_the_mean_are_exact_for_straight_lines_and_parabolas():
 def test_the_common_band_of_all_stations_is_wider_only_for_independent_errors():
     """The largest of nine independent normal errors is below 2.77 in 95 % of cases (Sidak), one error below 1.96."""
     apart, shared, none = budget(own(0.1)), budget(alike(0.1)), budget()
-    for each, number in ((apart, 9), (apart.at(S_MM < 35), 4)):
+    for each, number in ((apart, 9), (apart.at_stations(S_MM < 35), 4)):
         assert len(each.band_mm) == number
         wide = stats.norm.ppf((1 + 0.95 ** (1 / number)) / 2)
         assert each.profile_band_mm == pytest.approx(wide * 0.1, rel=PERCENT)

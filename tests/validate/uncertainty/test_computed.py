@@ -61,7 +61,7 @@ def test_copied_or_single_extra_runs_are_refused():
     """
     runs_mm = 0.1 * np.sin(ALONG_MM) + APART_MM[:, None]
     sizes = [runs_mm + radius_mm for radius_mm in RADII_MM]
-    assert spread_of(*sizes).at(ALONG_MM) is not None
+    assert spread_of(*sizes).sizes_at(ALONG_MM) is not None
     with pytest.raises(InputError, match=r"1\.3 mm: the runs with seed \+ 1 and with seed \+ 2 .* solver\.radius_mm"):
         spread_of(*sizes[:2], runs_mm[[0, 1, 1]])
     nothing = Spread(ALONG_MM, None, (), None, None)
