@@ -16,7 +16,7 @@ OPTIONS = (
     *("--mask", "--preset", "--seed"),
     *("--jobs", "--out", "--markers", "--json", "--quiet", "--threads"),
     *("--device", "--units", "--data"),
-    *("--format", "--cell", "--batch", "--line", "--width-mm", "--walls", "--outline", "--caliper"),
+    *("--format", "--cell", "--batch", "--line", "--width-mm", "--walls", "--caliper"),
 )
 WORDS = (
     *("", "-", "--", "0", "-1", "1,2", "1,2 3,4", "40,101", "160,98", "0,1", "1_0", "nan", "1e400", "crack.png", "."),
