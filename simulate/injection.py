@@ -134,7 +134,7 @@ class Injection:
         """Return all arrays that later frames depend on, and the statistics so far, by name."""
         self.wait()
         # The arrays are copied, because on a CPU numpy() returns a view of an array that the next frame changes.
-        device = {name: there.numpy().copy() for name, there in self.engine.lasting().items()}
+        device = {name: array.numpy().copy() for name, array in self.engine.lasting().items()}
         done = {"done": np.array(self.done), "earlier_mm": self.earlier_mm}
         return {**done, **device, **self.statistics.snapshot()}
 
@@ -413,9 +413,9 @@ def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -
         else None
     )
     setup_s, frames = time.perf_counter() - began, case.courses[0].frames
-    each = np.sum([course.work for course in case.courses], axis=0)
+    frame_work = np.sum([course.work for course in case.courses], axis=0)
     if engine.sleeps:
         # The number of awake particles cannot be predicted. A frame is assumed to take twice as long during release.
-        each = np.where(np.arange(frames) < len(schedule.released), 2, 1)
-    work, statistics = [0, *np.cumsum(each).tolist()], RunStatistics(len(pastes))
+        frame_work = np.where(np.arange(frames) < len(schedule.released), 2, 1)
+    work, statistics = [0, *np.cumsum(frame_work).tolist()], RunStatistics(len(pastes))
     return Injection(pour, pastes, schedule, engine, control, statistics, frames, work, setup_s, finer)

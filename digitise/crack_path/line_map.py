@@ -225,7 +225,7 @@ def _noise(responses: NDArray[np.float32], usable: Booleans, sigma: float) -> Ma
     few = np.abs(responses[:: DIRECTIONS // 4])
     limit = NOISE_RESPONSES * float(np.median(few[:, usable])) if usable.any() else 0.0
     size = np.where(usable, np.minimum(few, limit).mean(axis=0), 0).astype(np.float32)
-    total, count = (blurred_copy(each, sigma) for each in (size, usable.astype(np.float32)))
+    total, count = (blurred_copy(picture, sigma) for picture in (size, usable.astype(np.float32)))
     return resized((MEAN_SIZE * total / np.maximum(count, 1e-3)).astype(np.float32), size.shape)
 
 

@@ -81,7 +81,7 @@ class Drawing:
             left_out["exact copies of lines"] += shape in ways
             if len(places) > 1:
                 ways.setdefault(shape, way_mm)
-        counted = ", ".join(f"{what} ({number})" for what, number in (+left_out).items())
+        counted = ", ".join(f"{kind} ({number})" for kind, number in (+left_out).items())
         if not ways:
             with_lines = (key for key, entities in self.entities.items() if any(map(_is_line, entities)))
             raise InputError(

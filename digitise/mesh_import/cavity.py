@@ -228,7 +228,7 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
     left_mm, right_mm = _walls_at(outline, fine_mm)
     share = np.linspace(0.0, 1.0, CELLS_ACROSS + 1)
     lines_mm = left_mm[:, None] + share[:, None] * (right_mm - left_mm)[:, None]
-    pace, lines_mm = (each.reshape(-1, 2) for each in (np.gradient(lines_mm, fine_mm, axis=0), lines_mm))
+    pace, lines_mm = (vectors.reshape(-1, 2) for vectors in (np.gradient(lines_mm, fine_mm, axis=0), lines_mm))
     in_mouth = points_in_poly(cells_mm, outline.outline_mm)
     if not in_mouth.any():
         in_mouth[:] = True

@@ -60,17 +60,17 @@ class RobotPath:
         if faults := [f"{self.cell_file}: {fault}" for exceeded, fault in limits if exceeded]:
             raise InputError("\n".join(faults))
 
-    def reach_limit(self, what: str, places_mm: Floats) -> Limit:
+    def reach_limit(self, points: str, places_mm: Floats) -> Limit:
         """Return the limit that points, (n, 3) in the robot's frame, must be in the reach box.
 
-        ``what`` names the points in the message.
+        ``points`` is the name of the points in the message.
         """
         low_mm, high_mm = self.cell.reach.low_mm, self.cell.reach.high_mm
         outside_mm = np.maximum(np.array(low_mm) - places_mm, places_mm - high_mm).max(axis=1)
         x, y, z = places_mm[int(outside_mm.argmax())]
         return (
             bool(outside_mm.max() > ROUNDING),
-            f"{what} leads {outside_mm.max():.1f} mm out of the reach box, to ({x:.1f}, {y:.1f}, {z:.1f}) mm in the "
+            f"{points} leads {outside_mm.max():.1f} mm out of the reach box, to ({x:.1f}, {y:.1f}, {z:.1f}) mm in the "
             f"robot's frame. The box extends from {list(low_mm)} to {list(high_mm)}. Move the sample and teach it "
             "again, or correct [reach].",
         )
@@ -90,14 +90,14 @@ class RobotPath:
         allowed = attrgetter(key)(self.cell)
         return value > allowed * (1 + rounding), f"{fault}, but {key} allows at most {allowed:g}. {remedy}"
 
-    def even_limit(self, what: str, unit: str, values: Floats, remedy: str) -> Limit:
+    def even_limit(self, cause: str, unit: str, values: Floats, remedy: str) -> Limit:
         """Return the limit that ``values`` must be constant, for a program with one speed or flow over the crack.
 
-        The message begins with ``what``, the reason.
+        The message begins with ``cause``.
         """
         return (
             values.max() > values.min() * (1 + EVEN_RANGE),
-            f"{what}, but the path needs {values.min():.4g} to {values.max():.4g} {unit} over the crack. {remedy}; or "
+            f"{cause}, but the path needs {values.min():.4g} to {values.max():.4g} {unit} over the crack. {remedy}; or "
             'digitise with path.flow = "constant" and with leads as long as path.ramp_mm, or without path.ramp_mm.',
         )
 

@@ -149,7 +149,7 @@ def _fault(strip: Strip, left_px: Floats, right_px: Floats) -> str | None:
     beside = np.where((beyond_px > 0.25 * width_px + 1) & (beyond_px < width_px + 3), light, np.nan)
     blocks = max(1, len(left_px) // max(6, int(width_px)))
     parts = inside, beside[:, offset[0] > 0], beside[:, offset[0] < 0]
-    dark, *sides = (np.array([finite_median(each) for each in np.array_split(part, blocks)]) for part in parts)
+    dark, *sides = (np.array([finite_median(block) for block in np.array_split(part, blocks)]) for part in parts)
     if not np.isfinite(sides).any() or not np.isfinite(dark).any():
         return "the ground beside the path is not in view."
     ground = float(np.nanmedian(sides))

@@ -152,7 +152,9 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
         )
     fit = fit_box(light[shown], ground, places_px, path.width_px)
     middle, station = (cuts[1:] + cuts[:-1] - 1) / 2, np.arange(len(line_px))
-    widths_px, offsets_px = (np.interp(station, middle[shown], each) for each in (fit.widths_px, fit.offsets_px))
+    widths_px, offsets_px = (
+        np.interp(station, middle[shown], measured_px) for measured_px in (fit.widths_px, fit.offsets_px)
+    )
     widths_px = np.maximum(widths_px, NARROWEST * fit.mean_px)
     line_px = line_px + offsets_px[:, None] * left_normals(line_px)
     half_px = (widths_px * fit.mean_px / widths_px.mean() / 2)[:, None] * left_normals(line_px)
@@ -273,7 +275,7 @@ def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float,
         steady = 1e-9 * np.eye(4) * np.trace(normal, axis1=1, axis2=2)[:, None, None]
         inverse = np.linalg.inv(normal[:, :4, :4] + steady)
         by_blur = (inverse @ normal[:, :4, 4:])[..., 0]
-        stiff, force = ((each[:, 4] - (by_blur * each[:, :4]).sum(axis=1)).sum() for each in (normal[..., 4], pull))
+        stiff, force = ((rows[:, 4] - (by_blur * rows[:, :4]).sum(axis=1)).sum() for rows in (normal[..., 4], pull))
         stiff, force = stiff + blur_sd_px**-2, force - blurrier / blur_sd_px
         more_px = np.clip(force / stiff, -MAX_BLURRIER * blur_px, MAX_BLURRIER * blur_px)
         step = (inverse @ pull[:, :4, None])[..., 0] - by_blur * more_px

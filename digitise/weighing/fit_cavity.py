@@ -218,14 +218,14 @@ def _against_tilt(fit: _Fit, shape: CrackShape) -> list[Fact]:
 
 def _contradictions(fit: _Fit, prior_sd: Floats) -> list[Fact]:
     findings: list[Fact] = []
-    for index, name, what in ((WIDTH, "the photo's width", "width_mm"), (DEPTH, "depth_mm", "depth_mm")):
+    for index, name, setting in ((WIDTH, "the photo's width", "width_mm"), (DEPTH, "depth_mm", "depth_mm")):
         if abs(off_mm := fit.unknown[index]) > CONTRADICTION_SIGMAS * prior_sd[index]:
             way = "more" if off_mm > 0 else "less"
             text = (
                 f"The weighed fill contradicts {name}: it needs {abs(off_mm):.2f} mm {way}, but the standard "
-                f"uncertainty of {what} is only {prior_sd[index]:.2f} mm."
+                f"uncertainty of {setting} is only {prior_sd[index]:.2f} mm."
             )
-            findings.append(doubt(f"weighing.contradicts.{what}", text, float(off_mm), "mm"))
+            findings.append(doubt(f"weighing.contradicts.{setting}", text, float(off_mm), "mm"))
     if fit.probability < MIN_PROBABILITY:
         worst = int(np.argmax(np.abs(fit.misfit_mm3 / fit.misfit_sd_mm3)))
         text = (

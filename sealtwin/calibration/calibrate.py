@@ -153,9 +153,9 @@ def _require_different(twins: Sequence[Twin]) -> None:
     for other, twin in combinations(twins, 2):
         same = np.array_equal(twin.readings.level_mm, other.readings.level_mm)
         if twin.folder == other.folder or (same and np.array_equal(twin.readings.s_mm, other.readings.s_mm)):
-            what = "name" if twin.folder == other.folder else "readings"
+            part = "name" if twin.folder == other.folder else "readings"
             raise InputError(
-                f"{twin.file}: has the same {what} as {other.file}. Give each trial once, and each with another name."
+                f"{twin.file}: has the same {part} as {other.file}. Give each trial once, and each with another name."
             )
 
 

@@ -185,8 +185,8 @@ def answers(
         def completed() -> Function:
             sources = {name: model_parameters(model) for name, model in models.items()}
             sources["settings"] = everyday_parameters(keys, needs)
-            written = {each.name: [each.replace(kind=each.KEYWORD_ONLY)] for each in parameters}
-            parts = itertools.chain.from_iterable((written | sources)[each.name] for each in parameters)
+            written = {parameter.name: [parameter.replace(kind=parameter.KEYWORD_ONLY)] for parameter in parameters}
+            parts = itertools.chain.from_iterable((written | sources)[parameter.name] for parameter in parameters)
             return _with_signature(command, [*parts, *(option for name, option in ENDS.items() if shown[name])])
 
         vars(command)["completed"] = completed
@@ -197,7 +197,7 @@ def answers(
 
 def _with_signature(function: Function, parameters: Sequence[inspect.Parameter]) -> Function:
     function.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
-    function.__annotations__ = {each.name: each.annotation for each in parameters}
+    function.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return function
 
 

@@ -56,7 +56,7 @@ def ingest_answer(ingested: Ingested) -> Answer:
         *_table(("sample", "photo", "readings", "note", "state"), [*map(_pairing_row, samples)]),
         *(f"{sample.name}: read as {sample.dialect}." for sample in samples if sample.dialect),
         *_together("note", ((sample.name, remark) for sample in samples for remark in sample.remarks)),
-        *_together("Not used", ((each.name, each.sentence) for each in ingested.unused)),
+        *_together("Not used", ((file.name, file.sentence) for file in ingested.unused)),
         *_faults(ingested.faults),
         *_ending(ingested),
         # A sample's run folder is in the folder of its trial.
@@ -67,7 +67,7 @@ def ingest_answer(ingested: Ingested) -> Answer:
         "dry_run": ingested.dry_run,
         "samples": [*map(_sample, samples)],
         "left_out": [
-            {"file": each.name, "reason": each.sentence} for each in sorted((*ingested.unused, *ingested.lost))
+            {"file": file.name, "reason": file.sentence} for file in sorted((*ingested.unused, *ingested.lost))
         ],
         "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
@@ -139,7 +139,7 @@ def _state(fault: CatalogueFault) -> str:
 
 def _faults(faults: Sequence[CatalogueFault]) -> list[str]:
     states = dict.fromkeys(map(_state, faults))
-    of_state = {state: [(each.name, each.sentence) for each in faults if _state(each) == state] for state in states}
+    of_state = {state: [(fault.name, fault.sentence) for fault in faults if _state(fault) == state] for state in states}
     return [line for state, named in of_state.items() for line in _together(state, named)]
 
 
@@ -152,14 +152,14 @@ def _together(state: str, named: Named) -> list[str]:
 
 
 def _ending(ingested: Ingested) -> list[str]:
-    samples = [each for each in ingested.samples if "photo" in each.files]
-    sound = [each.fate for each in samples if not each.questions]
+    samples = [sample for sample in ingested.samples if "photo" in sample.files]
+    sound = [sample.fate for sample in samples if not sample.questions]
     unchanged, lab = sound.count("unchanged"), display_path(ingested.lab)
     count = f"{len(sound)} of {counted(len(samples), 'sample')} {'is' if len(samples) == 1 else 'are'} sound"
     lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if ingested.dry_run:
         lines.append(f"This was a dry run: nothing was written. Without --dry-run, {lab}/{PAIRING} is written.")
-    if any(each.questions for each in ingested.samples):
+    if any(sample.questions for sample in ingested.samples):
         lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")
     if not ingested.dry_run:
         lines += [f"Catalogue: {lab}/{TABLE}", *([f"To run them: sealtwin lab {lab}"] if sound else [])]

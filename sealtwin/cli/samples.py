@@ -115,7 +115,7 @@ def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
         raise typer.BadParameter("--explain requires a run folder; digitise the photo first, then give its --out")
     outline = read_outline(folder)
     # Where two stretches overlap, the later one is valid.
-    stretches = {each.side: each for each in outline.walls if each.s_from_mm <= s_mm <= each.s_to_mm}
+    stretches = {stretch.side: stretch for stretch in outline.walls if stretch.s_from_mm <= s_mm <= stretch.s_to_mm}
     if not stretches:
         why = (
             "no walls were measured in a photo"

@@ -316,11 +316,11 @@ def _require_workers(client: Any, address: str, numbers: Callable[[], Any]) -> N
             f"--scheduler {address}: the scheduler has no worker. 'dask worker {address}' starts one."
         ) from None
     # Stage numbers are compared only if the versions are equal. on_error="return" returns a worker's exception.
-    for what, function in (("sealtwin", partial(version, "sealtwin")), ("stage numbers", numbers)):
+    for name, function in (("sealtwin", partial(version, "sealtwin")), ("stage numbers", numbers)):
         value, answers = function(), client.run(function, on_error="return")
         if other := {worker: theirs for worker, theirs in answers.items() if theirs != value}:
             worker, theirs = next(iter(other.items()))
             raise InputError(
-                f"--scheduler {address}: {worker} has {what} {theirs}, but this machine has {value}. Install the same "
+                f"--scheduler {address}: {worker} has {name} {theirs}, but this machine has {value}. Install the same "
                 "version everywhere."
             )

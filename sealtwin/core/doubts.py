@@ -94,7 +94,7 @@ def _column(key: str) -> str:
 def _setting(key: str, value: Any, reader: Reader) -> str:
     if reader == "pairing":
         texts = value if isinstance(value, list | tuple) else [UNKNOWN if value is None else value]
-        text = " ".join({"level": "up", "depth": "down"}.get(f"{each}", f"{each}") for each in texts)
+        text = " ".join({"level": "up", "depth": "down"}.get(f"{text}", f"{text}") for text in texts)
         return f"{_column(key)} = {text}"
     if reader == "python":
         name, text = key.removeprefix(COLUMNS), UNKNOWN if value is None else repr(value)

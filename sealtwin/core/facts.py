@@ -72,4 +72,4 @@ def of_keys(facts: Iterable[Fact], *keys: str) -> Facts:
 
 
 def _is_of(key: str, keys: tuple[str, ...]) -> bool:
-    return any(f"{key}.".startswith(f"{each}.") for each in keys)
+    return any(f"{key}.".startswith(f"{start}.") for start in keys)

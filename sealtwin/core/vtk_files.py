@@ -132,7 +132,9 @@ def read_collection(path: Path) -> list[tuple[float, Path]]:
         sets = list(ElementTree.fromstring(content).iter("DataSet"))
         if not sets:
             raise ValueError("it lists no frames")
-        return [(float(each.attrib["timestep"]), path.parent / _plain_name(each.attrib["file"])) for each in sets]
+        return [
+            (float(dataset.attrib["timestep"]), path.parent / _plain_name(dataset.attrib["file"])) for dataset in sets
+        ]
     except (ValueError, KeyError, ElementTree.ParseError) as fault:
         raise InputError(f"{path}: is damaged or not a collection of frames ({fault}). Delete it{RESUMED}") from fault
 

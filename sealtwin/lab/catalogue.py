@@ -147,7 +147,7 @@ def write_table(lab: Path) -> None:
         for file in record.files:
             row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
         rows.append(row)
-    for fault in (fault for each in faults.values() for fault in each):
+    for fault in (fault for faults_of_file in faults.values() for fault in faults_of_file):
         rows.append({"sample": fault.name, "state": "failed", "reason": fault.sentence})
     files.write_sheet(lab / TABLE, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
 
@@ -183,8 +183,8 @@ def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[Sa
     catalogue = Catalogue.of(lab)
     faults = catalogue.faults()
     results = [
-        SampleRun(each[0].name, "left out", reason=" ".join(fault.sentence for fault in each))
-        for each in faults.values()
+        SampleRun(sample_faults[0].name, "left out", reason=" ".join(fault.sentence for fault in sample_faults))
+        for sample_faults in faults.values()
     ]
     records = {record.folder: record for key, record in catalogue.latest.items() if key not in faults}
 

@@ -245,7 +245,7 @@ def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
             sample.trial_folder, run = lab / sample.record.folder, f"{sample.record.folder}/{RUN}"
             traced[run] = sample
             planned.append(PlannedPhoto(sample.trial_folder / TRIAL, run, _omitted(sample)))
-    sheets = {f"{each.file('readings')}": sheet for each in ingested.samples if (sheet := each.sheet_in_question)}
+    sheets = {f"{sample.file('readings')}": sheet for sample in ingested.samples if (sheet := sample.sheet_in_question)}
     # Notes are not shown, because the result of the command lists the faults with the names of the user's files.
     steps = Progress()
     steps.start, steps.advance, steps.close = progress.start, progress.advance, progress.close

@@ -85,9 +85,9 @@ class Note:
         """Add a setting by its dotted key. A setting that another file also gives is a fault."""
         if key in (DATE, OPERATOR):
             value = plain(f"{value}"[:LONGEST])
-        for each in ORIGINS if key == "data" else (key,):
-            origin, fault = self.origins.get(each, where), ""
-            if each not in known_keys():
+        for entry in ORIGINS if key == "data" else (key,):
+            origin, fault = self.origins.get(entry, where), ""
+            if entry not in known_keys():
                 fault = KEYS
             elif origin != where:
                 fault = f"this key is also given in {origin.named()}. Keep only one of the two."
@@ -96,7 +96,7 @@ class Note:
             if fault:
                 self.faults.append(Doubt("note", where, f"{key} = {quoted(f'{value}')}: {fault}"))
             else:
-                self.values[each], self.origins[each] = value, where
+                self.values[entry], self.origins[entry] = value, where
 
 
 def read_note(folder: Path, file: PurePath, sample: str, note: Note, *, answered: bool = False) -> None:

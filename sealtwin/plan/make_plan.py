@@ -139,7 +139,7 @@ def plan_on(
     names = [f"with seed = {trial.seed + number}" for number in range(len(judged))]
     require_different(levels_mm, names, f"{where}: {draft.name}")
     misfits = tuple(run.misfit for run in judged)
-    level, it, runs = replace(draft.level, level_mm=levels_mm.mean(axis=0)), mean_of(misfits), len(judged)
+    level, misfit, runs = replace(draft.level, level_mm=levels_mm.mean(axis=0)), mean_of(misfits), len(judged)
     steady = baselines[0]
     if drafts:
         (run,) = verifier.judge("Accurate run of the plan", [(draft.name, draft.path, trial.seed)])
@@ -148,11 +148,11 @@ def plan_on(
         accurate_mm = steady.level.level_mm + run.level.level_at_mm(s_mm) - draft.level.level_mm
         steady = replace(steady, level=replace(steady.level, level_mm=accurate_mm))
         if len(draft.plan):
-            # The plan was fitted to drafts, whose particles are larger. The accurate run corrects it once.
+            # The plan was fitted to drafts, whose particles are larger. The accurate run corrects misfit once.
             apart_mm2 = discrepancy(nominal.along(draft.path), run.level)
             again = corrected("corrected by the accurate run", draft.plan, apart_mm2, drafts=False)
             best = min(best, again, key=_cost_mm3)
-        level, it, runs = best.level, best.misfit, 1
+        level, misfit, runs = best.level, best.misfit, 1
     # This is the variance of a further run about the mean. Drafts scatter at least as much as accurate runs.
     half_mm = Z_95 * np.sqrt(further_run_mm2(levels_mm, runs)) if len(judged) > 1 else None
     trajectory = path_over(sample, best.path)
@@ -165,7 +165,7 @@ def plan_on(
         trajectory=trajectory,
         level=level,
         half_width_mm=half_mm,
-        misfit=it,
+        misfit=misfit,
         misfits=misfits,
         with_more=WithMore(*(_over_with_more_mm3(nominal, path, bed) for path, bed in alike)),
         of_draft=draft.misfit if drafts else None,

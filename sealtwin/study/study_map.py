@@ -174,7 +174,7 @@ def chart_of(
     fast = all(run.fast for run in done)
     compared = [hold(finished_run(folder, run), readings, axes) for run in done]
     runs, replicates = first_of_each_pair(compared, f"{folder}", fast=fast)
-    as_near = tuple(run is min(runs, key=lambda each: each.mean_error_mm) for run in runs)
+    as_near = tuple(run is min(runs, key=lambda other: other.mean_error_mm) for run in runs)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
     budget = budget_of(readings, settings, trial.uncertainty, Mouth.of(outline, solid, trial.given_fluid.density_kg_m3))
     if replicates is not None:

@@ -170,7 +170,7 @@ def report(folder: Path, plan: Plan) -> dict[str, Any]:
     rows = [_row(run) for run in runs]
     if rows:
         cells = (
-            [json.dumps(each) if isinstance(each, list | tuple) else each for each in row.values()] for row in rows
+            [json.dumps(value) if isinstance(value, list | tuple) else value for value in row.values()] for row in rows
         )
         files.write_sheet(folder / TABLE, list(rows[0]), cells)
     return {
@@ -197,7 +197,7 @@ def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
     ]
     if not compared:
         return None
-    error_mm, run, figures = min(compared, key=lambda each: each[0])
+    error_mm, run, figures = min(compared, key=lambda triple: triple[0])
     flat_mm = figures.flat_level_error_mm
     return {
         "number": run.number,

@@ -171,7 +171,12 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
         "made_by": f"sealtwin {version('sealtwin')}",
         **origin,
         "cell": path.cell.name,
-        "units": "; ".join(["mm, s, degrees", *(f"{it.title} {it.units}" for it in LANGUAGES.values() if it.units)]),
+        "units": "; ".join(
+            [
+                "mm, s, degrees",
+                *(f"{language.title} {language.units}" for language in LANGUAGES.values() if language.units),
+            ]
+        ),
         "length_mm": trajectory.length_mm,
         "duration_s": trajectory.duration_s,
         "waypoints": len(trajectory.t_s),
@@ -230,7 +235,7 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     if (target / REPORT).is_file():
         with files.reading_stage_file(target / REPORT):
             names = files.read_json(target / REPORT)["files"]
-            written = {it.file: names[it.file] for it in LANGUAGES.values() if it.file in names}
+            written = {language.file: names[language.file] for language in LANGUAGES.values() if language.file in names}
     for name in (*texts, *written):
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):

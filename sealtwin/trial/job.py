@@ -243,8 +243,8 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     made_with = job.folder.settings_of(stage)
     missing = [name for name in names if not (job.path / name).is_file()]
     if made_with is None or missing:
-        what = f" ({missing[0]} is missing)" if missing else ""
-        raise InputError(f"{job.path}: the stage {stage} is not finished{what}. First run {again}.")
+        cause = f" ({missing[0]} is missing)" if missing else ""
+        raise InputError(f"{job.path}: the stage {stage} is not finished{cause}. First run {again}.")
     wanted = stage_settings(job.trial, stage)
     tables = dict.fromkeys((*wanted, *made_with))
     if differing := [table for table in tables if made_with.get(table) != wanted.get(table)]:

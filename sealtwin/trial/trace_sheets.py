@@ -148,8 +148,8 @@ class TrialFile:
         self._require_unchanged()
 
     def _require_unchanged(self) -> None:
-        there = self._target.exists()
-        if there != (not self._new) or (there and read_bytes(self._target) != self._content):
+        exists = self._target.exists()
+        if exists != (not self._new) or (exists and read_bytes(self._target) != self._content):
             fault = "already exists" if self._new else "was changed after the page was opened"
             raise InputError(
                 f"{self.path}: {fault}, so it is not overwritten. To trace it, use 'sealtwin trace {self.path}'."

@@ -120,7 +120,7 @@ def summed(kind: str, sums: str, *terms: str, constants: str = "") -> str:
     ``sums`` lists the names of the sums. A name may follow a factor and an asterisk. The factor multiplies the whole
     sum.
     """
-    pairs = [each.rpartition("*") for each in sums.split()]
+    pairs = [term.rpartition("*") for term in sums.split()]
     return cpu_block(
         VECTORS,
         LISTED.replace("KIND", kind),

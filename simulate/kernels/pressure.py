@@ -175,8 +175,8 @@ def move_after_viscosity(
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
         x = particles.position[i]
         step += stays * (x[:3] - start - step)
-        there = start + move(solid, particles.free, particles.wall, i, start, step, False)
-        particles.position[i] = wp.vec4(*there, x[3])
+        moved = start + move(solid, particles.free, particles.wall, i, start, step, False)
+        particles.position[i] = wp.vec4(*moved, x[3])
 
 
 @run_kernel

@@ -138,7 +138,9 @@ def paste_on_device(
 
     paste = device_code.Paste()
     ages = max(len(fluid.course) for fluid in fluids)
-    by_age = np.stack([np.pad(each := fluid.course, ((0, ages - len(each)), (0, 0)), mode="edge") for fluid in fluids])
+    by_age = np.stack(
+        [np.pad(course := fluid.course, ((0, ages - len(course)), (0, 0)), mode="edge") for fluid in fluids]
+    )
     by_age[:, :, 0] = by_age[:, :, 0] / substeps / shape
     paste.by_age = wp.array(by_age, wp.vec2, device=device)
     paste.drag = by_run([fluid.wall_weight_cm / substeps / shape for fluid in fluids])

@@ -143,6 +143,6 @@ def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:
     half_mm = (s_mm[1] - s_mm[0]) / 2
     edges_mm = np.append(s_mm - half_mm, s_mm[-1] + half_mm)
     grid_mm = np.unique(np.concatenate([edges_mm, known_mm.clip(edges_mm[0], edges_mm[-1])]))
-    there = np.interp(grid_mm, known_mm, values)
-    sums = np.cumulative_sum((there[1:] + there[:-1]) / 2 * np.diff(grid_mm), include_initial=True)
+    on_grid = np.interp(grid_mm, known_mm, values)
+    sums = np.cumulative_sum((on_grid[1:] + on_grid[:-1]) / 2 * np.diff(grid_mm), include_initial=True)
     return np.diff(np.interp(edges_mm, grid_mm, sums)) / np.diff(edges_mm)

@@ -75,8 +75,8 @@ def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
 
     Raises InputError unless exactly two settings vary, both are numbers, and the runs cover an area instead of a line.
     """
-    values = {name: [each[name] for each in settings] for name in settings[0] if name != REPEATED}
-    varying = [name for name, each in values.items() if len({str(value) for value in each}) > 1]
+    values = {name: [setting[name] for setting in settings] for name in settings[0] if name != REPEATED}
+    varying = [name for name, column in values.items() if len({str(value) for value in column}) > 1]
     if len(varying) != 2:
         these = "none varies" if not varying else f"{len(varying)} vary: {', '.join(varying)}"
         raise InputError(f"A map needs two settings that vary among the finished runs, but {these}. Vary exactly two.")
@@ -222,7 +222,7 @@ class Chart:
     @property
     def places(self) -> Floats:
         """Positions of the runs on the map, from 0 to 1 along each axis, (runs, 2)."""
-        places = np.column_stack([axis.spaced(each) for axis, each in zip(self.axes, self.pairs.T, strict=True)])
+        places = np.column_stack([axis.spaced(along) for axis, along in zip(self.axes, self.pairs.T, strict=True)])
         return (places - places.min(axis=0)) / np.ptp(places, axis=0)
 
     @property
@@ -332,8 +332,8 @@ def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
     """
     from scipy.interpolate import griddata
 
-    places = [axis.spaced(each) for axis, each in zip(chart.axes, chart.pairs.T, strict=True)]
-    lines = [np.linspace(each.min(), each.max(), CELLS) for each in places]
+    places = [axis.spaced(along) for axis, along in zip(chart.axes, chart.pairs.T, strict=True)]
+    lines = [np.linspace(along.min(), along.max(), CELLS) for along in places]
     grid = tuple(np.meshgrid(*lines))
     error_mm = griddata(np.column_stack(places), chart.errors_mm, grid, method="linear", rescale=True)
     across, up = (10.0**line if axis.logarithmic else line for axis, line in zip(chart.axes, lines, strict=True))

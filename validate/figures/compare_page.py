@@ -136,9 +136,9 @@ def runs_table(sides: Sides) -> FigureTable:
     readings, intervals = list[str | None](), list[str | None]()
     for number, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True), start=1):
         same = f", the same as for run {first + 1}" if first is not None and first + 1 < number else ""
-        it = side.comparison
-        readings.append(it and f"{it.readings_data}, {it.role}{same}")
-        ends_mm = it and it.interval_95_mm
+        comparison = side.comparison
+        readings.append(comparison and f"{comparison.readings_data}, {comparison.role}{same}")
+        ends_mm = comparison and comparison.interval_95_mm
         intervals.append(ends_mm and "{:.2f} to {:.2f}".format(*ends_mm))
     columns = [
         FigureColumn("run", range(1, len(sides) + 1), name="number"),

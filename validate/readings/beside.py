@@ -91,10 +91,10 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     """Yield the texts outside the header and the readings of a sheet, comments, and other texts in the file."""
     grid, (columns_inside, rows_inside) = table.grid, table.span
 
-    def text_of(row: int, column: int, text: str, what: str = "") -> Text:
+    def text_of(row: int, column: int, text: str, before_cell: str = "") -> Text:
         is_inside = column in columns_inside and (row in rows_inside or row in table.header.rows)
         cell = f"{letters(column)}{row}"
-        return Text(cell if is_inside or not table.confirms(RANGE) else RANGE, text, what + cell)
+        return Text(cell if is_inside or not table.confirms(RANGE) else RANGE, text, before_cell + cell)
 
     numbers = {column for row in table.body for column, cell in grid.rows[row].items() if numeric(cell)}
     samples = {k for k, column in table.others.items() if column.role is Role.SAMPLE}
@@ -119,7 +119,10 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
     """Return whether a text may change readings: in the header or next to readings, and not known to be harmless."""
     cell, name = table.grid.cell(row, column), table.header.names.get(column, "")
-    roles, other = {each.role for each in table.used if each.index == column}, table.others.get(column)
+    roles, other = (
+        {column_read.role for column_read in table.used if column_read.index == column},
+        table.others.get(column),
+    )
     if row in table.header.rows:
         # A column of numbers under an unknown name is asked about elsewhere.
         return not (roles or other or column in numbers)
@@ -134,11 +137,11 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
 def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without the name of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
-    for what, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
+    for kind, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
         # "P02" in the file of P01 is another sample.
         is_other = sample and ANOTHER.fullmatch(name) and sample_key(name) != sample_key(sample)
         if is_other or (len(name.strip()) > 1 and changes(name)):
-            yield Text(NAMES, name, what)
+            yield Text(NAMES, name, kind)
 
 
 def _ask_about_names(table: Table) -> None:

@@ -207,8 +207,8 @@ def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
         raise refused(path, f"the file is not a CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
     rows = {}
     for line, fields in lines.items():
-        within = [each for field in fields for each in field.splitlines()[1:]]
-        if any(re.search(rf"[0-9]\s?{mark}\s?[-+.,0-9]", each) for each in within):
+        within = [line for field in fields for line in field.splitlines()[1:]]
+        if any(re.search(rf"[0-9]\s?{mark}\s?[-+.,0-9]", line) for line in within):
             finding = "a quotation mark of an earlier line is closed here, and rows of numbers are in between."
             where = Location(Path(as_text(path)), f"line {line}")
             raise refused(where, finding, "Delete both marks, or the line breaks between them.")

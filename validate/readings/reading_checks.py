@@ -142,8 +142,8 @@ def check_readings(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
             if names:
                 readings_mm[i, j] = np.nan
             answers = {CONFIRMS: list(names) or [kind], **ANSWERS.get(kind, {})}
-            what = "row" if j is ALL else "column" if i is ALL else "cell"
-            part = [f"{what} {', '.join(names)}"] if names else []
+            kind_of_part = "row" if j is ALL else "column" if i is ALL else "cell"
+            part = [f"{kind_of_part} {', '.join(names)}"] if names else []
             of_cells = where._replace(part=", ".join(filter(None, (where.part, *part))))
             doubts.setdefault(names or kind, Doubt(kind, of_cells, sentence, REMEDIES[kind], answers, names))
         sheet = sheet._replace(cells=replace(sheet.cells, readings_mm=readings_mm))
@@ -159,7 +159,7 @@ def _names(cells: ReadCells, i: Any, j: Any) -> tuple[str, ...]:
         return (columns[j[0]],)
     # If each reading has its own row, a repeat has no column. Its first cell then represents it.
     i = np.argmax(~np.isnan(cells.readings_mm[:, j[0]])) if i is ALL else i
-    return tuple(f"{columns[each]}{cells.rows[i, each]}" for each in j)
+    return tuple(f"{columns[column]}{cells.rows[i, column]}" for column in j)
 
 
 def row_medians(values: Floats) -> Floats:
@@ -308,7 +308,7 @@ def other_volume(sheet: SheetAndCrack) -> Iterator[Finding]:
             yield Finding(kind, f"{volumes}; {words}, it would be {np.exp(other):.2f} times.")
             return
     offsets_mm = filling.solid.depth_mm * np.linspace(-1, 1, 25)
-    offset_mm = np.interp(0.0, [off(level_mm + each) for each in offsets_mm], offsets_mm, 0.0, 0.0)
+    offset_mm = np.interp(0.0, [off(level_mm + offset) for offset in offsets_mm], offsets_mm, 0.0, 0.0)
     if abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * filling.solid.depth_mm):
         yield Finding("datum", f"{volumes}; the readings may be {-offset_mm:+.2g} mm off.")
 

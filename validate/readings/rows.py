@@ -182,7 +182,7 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
         name = f"{column.letters}{row}"
         is_blank = not table.cell(row, column).text
         s_mm = numbers.reading(row, column, cell).value_mm
-        readings = [numbers.reading(row, each, table.cell(row, each)) for each in table.readings]
+        readings = [numbers.reading(row, column, table.cell(row, column)) for column in table.readings]
         if is_blank:
             blank.append(name)
         if math.isnan(s_mm):

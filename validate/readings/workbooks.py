@@ -86,29 +86,29 @@ def _look(style: Any, code: str, book: Any) -> Cell:
     behind = SHOWN_BEHIND.search(code.partition(";")[0])
     unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
     colours = font.color, fill.fill_type and getattr(fill, "fgColor", None)
-    names = [f"{each.type} {each.value} {each.tint}" for each in colours if each is not None]
+    names = [f"{colour.type} {colour.value} {colour.tint}" for colour in colours if colour is not None]
     colours = " ".join(name for name in names if not PLAIN.match(name))
     return Cell("", unit=unit, is_struck=bool(font.strike), colours=colours)
 
 
 def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
-    for each in chain.from_iterable(cells for _, cells in parser.parse()):
-        value, look = each["value"], looks[each["style_id"]]
-        text, kind = _content(value, each["data_type"])
+    for cell in chain.from_iterable(cells for _, cells in parser.parse()):
+        value, look = cell["value"], looks[cell["style_id"]]
+        text, kind = _content(value, cell["data_type"])
         if text or kind == "formula":
             blocks = [part for part in value if not isinstance(part, str)] if isinstance(value, list) else []
             # One column too many is enough for a refusal.
-            sheet.rows.setdefault(each["row"], {})[min(each["column"] - 1, MAX_COLUMNS)] = look._replace(
+            sheet.rows.setdefault(cell["row"], {})[min(cell["column"] - 1, MAX_COLUMNS)] = look._replace(
                 text=text,
                 kind=kind,
                 unit=look.unit if kind == "number" else "",
-                is_formula=each["formula"],
+                is_formula=cell["formula"],
                 is_struck=look.is_struck or any(block.font.strike for block in blocks),
             )
-    sheet.hidden_rows.update(int(row) for row, each in parser.row_dimensions.items() if HIDDEN & each.items())
-    for each in parser.column_dimensions.values():
-        if HIDDEN & each.items():
-            sheet.hidden_columns.update(range(int(each["min"]) - 1, min(int(each["max"]), MAX_COLUMNS)))
+    sheet.hidden_rows.update(int(row) for row, dimension in parser.row_dimensions.items() if HIDDEN & dimension.items())
+    for dimension in parser.column_dimensions.values():
+        if HIDDEN & dimension.items():
+            sheet.hidden_columns.update(range(int(dimension["min"]) - 1, min(int(dimension["max"]), MAX_COLUMNS)))
     page = getattr(parser, "HeaderFooter", None)
     for name in page.__elements__ if page else ():
         if text := FIELD.sub(" ", str(getattr(page, name))).strip():

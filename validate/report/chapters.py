@@ -258,7 +258,7 @@ def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
     """Return the tables of the intervals, the error budget, the alignment, the particle size and the inputs."""
     names = "intervals", "budget", "missing", "alignment", "sizes", "inputs"
     tables = (table(f"table_{name}", u=uncertainty, undeclared_mm=UNDECLARED_MM) for name in names)
-    return [each for each in tables if each.rows]
+    return [table for table in tables if table.rows]
 
 
 def path_table(evidence: Evidence) -> PageTable:

@@ -108,7 +108,7 @@ def _instead(m: Comparison) -> tuple[tuple[str, str, str], tuple[ErrorBar, ...]]
     nearer = [baseline for baseline in m.baselines if baseline.mean_error_mm <= m.mean_error_mm]
     simpler = min(nearer or m.baselines, key=lambda baseline: (baseline.numbers, baseline.mean_error_mm), default=None)
     fitted = len(set(m.fitted or ())) if m.role == "calibrated-on" else 0
-    bars = [ErrorBar(name=each.name, error_mm=each.mean_error_mm, own=False) for each in m.baselines]
+    bars = [ErrorBar(name=baseline.name, error_mm=baseline.mean_error_mm, own=False) for baseline in m.baselines]
     if bars:
         bars.append(ErrorBar(name="simulation", error_mm=m.mean_error_mm, own=True))
     ranked = tuple(sorted(bars, key=lambda bar: -bar.error_mm))

@@ -343,7 +343,7 @@ class Spread:
         levels_mm = [size.levels_mm for size in spread.sizes or ()]
         levels_mm += [effect.level_mm[None] for effect in spread.effects]
         levels_mm += [] if spread.fast_mm is None else [spread.fast_mm[None]]
-        if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
+        if any(levels.ndim != 2 or levels.shape[1] != len(spread.s_mm) for levels in levels_mm):
             raise ValueError("the levels of a run do not have the same length as s_mm")
         if any(len(size.levels_mm) < MIN_RUNS for size in spread.sizes or ()):
             raise ValueError(f"a particle size has fewer than {MIN_RUNS} runs")

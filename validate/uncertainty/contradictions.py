@@ -75,8 +75,8 @@ def passes_error(
         chance = prior - (passes - 1) / 2 * np.log(spread) - squares / (2 * spread) + np.log(t_mm)
         below = np.cumsum(np.exp(chance - chance.max()))
         drawn_mm = np.interp(uniforms(f"pass {number}", 1, draws)[:, 0], below / below[-1], t_mm)
-        each = normals(f"passes {number}", passes, draws) * drawn_mm[:, None]
-        total_mm += (each @ share.T) * shape
+        pass_mm = normals(f"passes {number}", passes, draws) * drawn_mm[:, None]
+        total_mm += (pass_mm @ share.T) * shape
     source: Source = "allowed for" if declared_mm is None else "declared"
     return Component("passes or operators", source, total_mm, shared=True, setting="uncertainty.pass_mm")
 
