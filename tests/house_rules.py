@@ -22,7 +22,7 @@ FRAGMENT_OPENER = re.compile(
 """First words of docstrings that neither are a sentence with a verb nor name the thing."""
 PARTICIPLES = frozenset({"found", "told", "said", "held", "known"})
 """Names that say how a value came about and not what it is: figures, sentences, runs."""
-PRONOUNS = frozenset({"one", "at", "own", "given", "here", "how", "place"})
+PRONOUNS = frozenset({"one", "at", "own", "given", "here", "how", "place", "each", "what", "there", "it"})
 """Names that point to a value and do not say what it is: index, velocity, position. Refused in the packages only."""
 READER = "sealtwin/core/plain_files.py"
 PAST_THE_READER = {

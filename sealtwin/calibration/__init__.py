@@ -15,7 +15,8 @@ class CalibrationOptions(Settings):
     """Options of a calibration: options of 'sealtwin calibrate' and keywords of ``calibrate``."""
 
     free: dict[str, tuple[float, float]]
-    """Unknown settings (up to 6), each with its range. All values in the range are equally likely."""
+    """Unknown settings (up to 6), each with its range. All values in the range are equally likely, or all logarithms of
+    values if the range is wider than a factor of 5."""
     hold_out: tuple[Path, ...] = ()
     """Trials that are predicted and compared. Their readings have the role "held-out"."""
     budget: int = Field(default=MIN_BUDGET, ge=MIN_BUDGET, le=400)
