@@ -193,15 +193,15 @@ def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | Non
         return None
     names = _names_of(rows)
     meanings = _meanings(names)
-    if not _are_of_a_header({known.role for known in meanings.values()}):
+    if not _are_of_a_header({entry.role for entry in meanings.values()}):
         return None
-    stations = [column for column, known in meanings.items() if known.role is Role.STATION]
+    stations = [column for column, entry in meanings.items() if entry.role is Role.STATION]
     return None if any(numeric(cells.get(column, BLANK)) for cells in rows for column in stations) else names
 
 
 def _meanings(names: Mapping[int, str]) -> dict[int, Meaning]:
     """Return the known meanings of names by column."""
-    return {column: known for column, name in names.items() if (known := meaning(name)) is not None}
+    return {column: entry for column, name in names.items() if (entry := meaning(name)) is not None}
 
 
 def _are_of_a_header(roles: set[Role]) -> bool:
@@ -226,7 +226,7 @@ def numeric(cell: Cell) -> tuple[str, str] | None:
 
 def roles_in(cells: Iterable[Cell]) -> set[Role]:
     """Return the known roles of columns that are named in these cells."""
-    return {known.role for cell in cells if number(cell.text) is None and (known := meaning(cell.text)) is not None}
+    return {entry.role for cell in cells if number(cell.text) is None and (entry := meaning(cell.text)) is not None}
 
 
 def _end_before_next_table(table: Table) -> None:
@@ -251,7 +251,7 @@ def _set_columns(table: Table) -> None:
     meanings = _meanings(table.header.names)
     settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat}
     stations, readings, repeats = (
-        [column for column, known in meanings.items() if known.role is role]
+        [column for column, entry in meanings.items() if entry.role is role]
         if entries is None
         else _lettered(table, [entries] if isinstance(entries, str) else entries, numbers)
         for role, entries in settings.items()
@@ -264,8 +264,8 @@ def _set_columns(table: Table) -> None:
         # A column named only "Messung" contains the readings, unless another column contains them. It then counts
         # repeats.
         readings, repeats = repeats, []
-    for column, known in meanings.items():
-        if known.role is Role.SAMPLE:
+    for column, entry in meanings.items():
+        if entry.role is Role.SAMPLE:
             _ask_about_samples(table, column)
     if problems := [*_problems(table, stations, readings, repeats, unknown)]:
         table.stands_in = not (stations and readings)
@@ -277,7 +277,7 @@ def _set_columns(table: Table) -> None:
     table.readings = [table.column(k, Role.READING) for k in readings]
     table.repeat = next((table.column(k, Role.REPEAT) for k in repeats), None)
     used = {column.index for column in table.used}
-    table.others = {k: Column(k, known.role, known.unit) for k, known in meanings.items() if k not in used}
+    table.others = {k: Column(k, entry.role, entry.unit) for k, entry in meanings.items() if k not in used}
 
 
 def _lettered(table: Table, entries: Sequence[str], numbers: Sequence[int]) -> list[int]:
@@ -305,9 +305,9 @@ def _problems(
     if unknown:
         yield f"{table.named(unknown)} has numbers under an unknown name"
     if table.chosen.levels is None:
-        if len({(known.unit, known.quantity) for known in meanings}) > 1:
+        if len({(entry.unit, entry.quantity) for entry in meanings}) > 1:
             yield f"{table.named(readings)} differ in unit or direction"
-        if any(int(known.number or 0) > len(readings) for known in meanings):
+        if any(int(entry.number or 0) > len(readings) for entry in meanings):
             yield f"{table.named(readings)} has a number that is not the number of a repeat"
     if len(repeats) > 1 or (repeats and len(readings) > 1):
         yield f"{table.named(repeats)} counts repeats by its name, as do other columns"
