@@ -66,6 +66,7 @@ def sound_lab(folder: Path) -> None:
     longer = with_crack(mortar((400, 200)), [(10, 101), (80, 75), (150, 110), (220, 80), (300, 115), (390, 90)], 20)
     write_png(photos / "P01.png", longer)
     shutil.copy(folder / "readings.csv", photos / "P01.csv")
+    (photos / "P01_note.toml").write_text("photo.crack = 1\n")
     (photos / "lab.toml").write_text(DEFAULTS.replace("[crack]", "[crack]\ndepth_mm = 8.0"))
     # Long enough for the trims that quick assumes, and so shallow that its fluid takes seconds.
     wide = with_crack(mortar((300, 120)), [(20, 61), (100, 57), (180, 63), (270, 58)], 24)

@@ -12,7 +12,7 @@ from skimage.morphology import skeletonize
 from digitise.crack_path import medial_axis
 from digitise.crack_path.line_map import CLEARNESS_LIMIT, LineMap
 from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
-from digitise.geometry.polyline import left_normals, unit
+from digitise.geometry.polyline import left_normals, resampled, unit
 from digitise.image.raster import lightness, widened
 from digitise.photo import Photo
 from sealtwin.core.records import Booleans, Floats, Integers
@@ -61,8 +61,11 @@ class FoundCrack:
     @property
     def outline_px(self) -> Floats:
         """Ring around the line, as wide as its typical width, in px, (m, 2)."""
-        aside_px = max(self.width_px, 2.0) / 2 * left_normals(self.line_px)
-        return np.concatenate([self.line_px + aside_px, (self.line_px - aside_px)[::-1]])
+        width_px = max(self.width_px, 2.0)
+        # If a line was extended, neighbouring points may run back and forth.
+        line_px = resampled(self.line_px, width_px)
+        aside_px = width_px / 2 * left_normals(line_px)
+        return np.concatenate([line_px + aside_px, (line_px - aside_px)[::-1]])
 
 
 def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Floats]]:

@@ -27,6 +27,12 @@ def with_joint(picture):
     return with_crack(picture, [(40, 225), (170, 232)], 12)
 
 
+def test_the_outline_of_a_line_is_finite_where_a_line_is_extended_by_less_than_a_cell(tmp_path):
+    line = [(10, 101), (80, 75), (150, 110), (220, 80), (300, 115), (390, 90)]
+    (crack,) = search_of(tmp_path, with_crack(mortar((400, 200)), line, 20)).cracks
+    assert np.isfinite(crack.outline_px).all()
+
+
 @pytest.mark.parametrize("other", [with_patch, with_joint])
 def test_a_crack_is_ranked_before_an_edge_or_a_joint(tmp_path, other):
     search = search_of(tmp_path, other(with_crack(mortar(), CRACK, 5)))
