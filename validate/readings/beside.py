@@ -31,10 +31,9 @@ from validate.readings.words import (
 )
 
 DATE = re.compile(r"\d{1,4}[-./]\d\d?[-./](?:\d{2,4})?|\d\d?:\d\d(?::\d\d)?")
-NAME = r"[^\W\d]+(?:[.'\u2019-][^\W\d]*)*"
 VALUES = {
-    "person": NAME,
-    "item": rf"{NAME}|[^\W_]*_[\w.]+|\d+(?:[-/]\d+)*",
+    "person": r"[^\W\d]+(?:[.'\u2019-][^\W\d]*)*",
+    "item": r"[^\W_]*_[\w.]+|\d+(?:[-/]\d+)*",
     "climate": r"-?\d+(?:[.,]\d+)?%?|\u00b0?[CF]|%",
     "other": "(?!)",
 }

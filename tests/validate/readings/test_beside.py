@@ -45,10 +45,11 @@ BETWEEN = (
 )
 """A harmless label, instrument or empty word with more beside it; unknown words and scripts."""
 SENTENCES = (
+    "Foto Unterseite|Projekt Nachmessung|Sheet Back|"
     "Measured by J. Smith on 12 May 2025|Danke an die Kollegen vom Labor|Operator: Anna Maria Klara Meier|"
     "Anna Meier|zero on surface|pluie le matin|Laborantka: Ola Nowak|замечаний нет|测量由李娜完成"
 )
-"""Harmless sentences, which are asked about all the same."""
+"""Names behind labels of items, and harmless sentences, which are asked about all the same."""
 
 
 @pytest.mark.parametrize("text", ["", "-", "/", "...", "(-)", *HARMLESS.split("|")])
