@@ -321,9 +321,9 @@ def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
 
 
 def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> Outline:
-    """Return the outline whose walls are half of the given width to each side of the crack's middle.
+    """Return the outline whose walls are each half of the given width away from the crack's middle.
 
-    ``width_mm`` is rows of arc length and width, (k, 2).
+    ``width_mm`` has rows of arc length and width, (k, 2).
     """
     s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
     half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal

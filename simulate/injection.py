@@ -64,8 +64,9 @@ class Injection:
     statistics: RunStatistics
     frames: int  # Number of frames to the end of settling
     work: list[int]
-    """Expected computing work from the start to each frame, and to the end. The unit is a moving particle in a frame
-    (``ParticleCounts.work``). For paste that falls asleep, the unit is a frame after the last release."""
+    """Expected computing work up to each frame, and up to the end. It is the sum of ``ParticleCounts.work`` over the
+    frames. For paste that falls asleep, it is the number of frames, in which a frame up to the last release counts as
+    two."""
     setup_s: float
     finer: int = 1
     """Factor by which the number of substeps is multiplied, one of ``SUBSTEP_FACTORS``. It is above 1 if the run failed

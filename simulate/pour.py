@@ -12,7 +12,7 @@ MIN_MOUTH_MM = 1.5  # Smallest mouth width with which the nozzle's diameter is c
 
 @dataclass(frozen=True)
 class Pour:
-    """Inputs of a run, in which a nozzle pours sealant into a crack. Each fluid has its own run, in one launch."""
+    """Inputs of runs in which a nozzle pours sealant into a crack: one run for each fluid, all computed together."""
 
     sample: Sample
     fluids: tuple[Fluid, ...]

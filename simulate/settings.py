@@ -169,7 +169,7 @@ class Fluid(Settings):
     def course(self) -> Course:
         """Viscosity and yield stress over age, after files are loaded. The viscosity is NaN if U is given."""
         if isinstance(self.curve, Path):
-            raise ValueError("curve is a file that has not been read: call loaded first")
+            raise ValueError("curve is a file that has not been read: call loaded() first")
         if self.curve is not None:
             return self.curve.course
         viscosity_pa_s = np.nan if self.given_by in ("U", "material", None) else getattr(self, self.given_by)

@@ -247,8 +247,8 @@ def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: flo
         return
     value = paste.viscous_weight if key == "U" else viscosities[0] / CM2_IN_M2 * fluid.density_kg_m3
     raise InputError(
-        f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is too large to be solved "
-        f"{_in_substeps(solver, frame_s, substeps)}. Give at most "
+        f"fluid.{key} {'reaches a viscosity of' if key == 'curve' else 'is'} {value:.6g}, which is too large to "
+        f"be solved {_in_substeps(solver, frame_s, substeps)}. Give at most "
         f"{_rounded_down(value * STIFFEST / stiffness)}{_or_more(substeps * stiffness / STIFFEST)}."
     )
 

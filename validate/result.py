@@ -94,7 +94,7 @@ class FluidFigures(JsonRecord):
     device: str
     """Device that computed the run."""
     warnings: Facts
-    """Faults of the fluid in the run."""
+    """Warnings about the fluid in the run, for example that it lost volume."""
 
 
 class SeedRuns(JsonRecord):

@@ -50,7 +50,10 @@ def snap_px(photo: Photo) -> float:
 
 
 def too_far(away_px: float, most_px: float) -> str:
-    """Return a distance above a limit, and the limit, as text. The distance is rounded up, and the limit down."""
+    """Return the text "D px away (at most L)" for a distance D that exceeds the limit L.
+
+    D is rounded up, and L down.
+    """
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 

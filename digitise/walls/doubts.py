@@ -207,13 +207,13 @@ def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tup
         if kinds[end] != "closed" or lost_px <= snap_px(photo):
             continue
         fault = (
-            f"the end {listed(path_px[[end]])} px is not reached: no walls were found on the last "
-            f"{photo.length(lost_px)} before it, up to {listed(centreline_px[[end]])} px"
+            f"the end {listed(path_px[[end]])} px is not reached: the walls end {photo.length(lost_px)} before it, at "
+            f"{listed(centreline_px[[end]])} px"
         )
         if lost_px > MAX_MISSING * s_px[-1]:
             raise InputError(
                 f"{photo.file}: {fault}. This is {lost_px / s_px[-1]:.0%} of the path (at most {MAX_MISSING:.0%} is "
-                "allowed). Give that point as the end, or a photo that shows the crack more clearly."
+                "allowed). Give the point where the walls end as the end, or a photo that shows the crack more clearly."
             )
         warnings.append(doubt("walls.end-not-reached", f"{fault}. That part of the path is left out", lost_px, "px"))
     return warnings

@@ -119,7 +119,7 @@ def _checked(
 ) -> list[Free]:
     if not 1 <= len(ranges) <= MAX_FREE:
         raise InputError(
-            f"{len(ranges)} free settings are given; give 1 to {MAX_FREE}, since {MIN_BUDGET} runs cannot resolve more."
+            f"{len(ranges)} free settings are given. Give 1 to {MAX_FREE}, the most that {MIN_BUDGET} runs can resolve."
         )
     for name, (low, high) in ranges.items():
         if name not in SETTINGS:

@@ -102,7 +102,7 @@ def _checked(vertices: Floats, faces: Integers) -> Triangles:
         raise UnreadableError(f"a face refers to vertex {faces.max()} (counted from 0), but there are {count} vertices")
     if (wrong := ~(np.abs(vertices) < BEYOND_ANY_UNIT).all(axis=1)).any():
         raise UnreadableError(
-            f"vertex {wrong.argmax()} (counted from 0) has a coordinate that is not finite or above {BEYOND_ANY_UNIT:g}"
+            f"vertex {wrong.argmax()} (counted from 0) has a coordinate that is not within +-{BEYOND_ANY_UNIT:g}"
         )
     return Triangles(vertices, faces)
 

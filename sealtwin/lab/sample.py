@@ -144,7 +144,11 @@ class LabSample:
         self.ask(Doubt("fault", Location(file), finding, remedy))
 
     def refuse(self, fault: InputError, file: PurePath | None = None) -> None:
-        """Add the questions that follow from an error: several about a sheet or settings, or one about a file."""
+        """Add questions about an error.
+
+        An error in a sheet or in settings gives a question for each fault. Any other error gives one question about
+        ``file``.
+        """
         match fault:
             case SheetFaults():
                 self.understood = fault.understood or self.understood

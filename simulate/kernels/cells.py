@@ -13,9 +13,9 @@ NEARLY_ONE = wp.constant(1.0001)  # Squared distance, in cells, up to which line
 class CellArrays:
     """Points sorted by cell. Cells are numbered along the shortest side of the box first.
 
-    Three adjacent cells along that side are one range. The points of a long crack are then sorted along the crack, and
-    a range of points has few neighbours in other ranges. Each run has its own cells. The walls have one set of cells
-    for all runs.
+    The points of three adjacent cells along that side are consecutive. In a long crack, points are therefore sorted
+    along the crack, and most neighbours of consecutive points are close to them in memory. Each run has its own cells.
+    The walls have one set of cells for all runs.
     """
 
     axis: wp.vec3i  # Axes from the shortest side of the box to the longest. ``corner`` and ``count`` have this order

@@ -103,9 +103,9 @@ class Trapezoids:
     def holding_mm(area_mm2: Floats, wetted_mm: Floats) -> Floats:
         """Return the ratio of area to perimeter of the plug that begins to move first, in mm, (n,).
 
-        It is the largest such ratio of any part of the section, mirrored at the free surface (Mosolov and Miasnikov
-        1965). The plug is the section with its corners rounded by a radius equal to this ratio. Corners are assumed to
-        be square.
+        It is the largest such ratio of any part of the section together with its mirror image at the free surface
+        (Mosolov and Miasnikov 1965). The plug is this section with its corners, assumed to be right angles, rounded by
+        a radius equal to the ratio.
         """
         half_mm = np.sqrt(np.maximum(wetted_mm**2 - 2 * ROUND_CORNERS * area_mm2, 0.0))
         return 2 * area_mm2 / (wetted_mm + half_mm)

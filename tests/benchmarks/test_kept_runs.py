@@ -25,6 +25,6 @@ def test_a_benchmark_refuses_stored_results_of_another_solver(name, monkeypatch,
 
 
 @pytest.mark.parametrize("kept", KEPT, ids=lambda kept: kept.path.name)
-def test_each_stored_result_records_the_numbers_of_its_stages(kept):
+def test_each_stored_result_records_the_version_numbers_of_its_stages(kept):
     assert kept.path.exists()
     assert set(read_json(kept.path.with_suffix(".json"))) == set(kept.stages)

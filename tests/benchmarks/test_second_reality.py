@@ -21,7 +21,7 @@ COARSE = Numerics(cell_mm=1.5, settle_s=5.0)
 
 @pytest.mark.parametrize("case", law.LAWS)
 def test_stored_flow_tables_equal_the_computed_flow_of_a_section(case):
-    """The node is deep enough that walls and floor both matter; the stored numbers have six decimals."""
+    """In the compared section, walls and floor both matter. The stored numbers have six decimals."""
     exponent, share, friction = case
     depth, narrowing, part = law.DEPTHS[3], law.NARROWINGS[4], law.YIELDS[2]
     yields = np.array([0.0, part]) / yield_gradient(depth, narrowing, share, share)

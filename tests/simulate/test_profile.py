@@ -134,7 +134,7 @@ def test_an_empty_stretch_lowers_the_level_to_the_floor_but_packing_gaps_do_not(
 def test_jets_and_spilled_drops_are_not_part_of_the_level():
     """The part of the jet within a radius of the bed counts as bed, and so do fast particles of the bed.
 
-    Broken on purpose by counting the jet, the profile has a spike of 8 mm at s = 20.
+    If the jet is counted on purpose, the profile has a spike of 8 mm at s = 20.
     """
     bed = lattice(straight(), LEVELS["flat"], 0.69)
     jet = np.array([[20 + dx, dy, z] for z in np.arange(-5, 3, 0.5) for dx in (-0.8, 0, 0.8) for dy in (-0.8, 0, 0.8)])

@@ -350,7 +350,7 @@ class Watched:
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
-    """Return the median number of particles and the median time in each bin, (2, k).
+    """Divide the frames into bins by particles, and return each bin's median number of particles and time, (2, k).
 
     Medians change little if other programs are running.
     """

@@ -99,7 +99,10 @@ class Table:
         *,
         stops: bool = False,
     ) -> None:
-        """Add a question about the sheet or one of its rows. If ``answers`` has ``as_written``, it is only a doubt."""
+        """Add a question about the sheet or one of its rows.
+
+        If ``answers`` has the key ``as_written``, a user can confirm the text as it is.
+        """
         self.doubts.append(Doubt(kind, self.grid.location(row), finding, remedy, answers or {}, tuple(cells), stops))
 
     def confirms(self, entry: str) -> bool:

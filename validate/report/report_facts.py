@@ -250,7 +250,10 @@ def _angles(evidence: Evidence) -> str:
 
 
 def walls(evidence: Evidence) -> str:
-    """Return a sentence about the width that the photo does not show if the walls flare or undercut, otherwise ""."""
+    """Return a sentence about the width of the crack that the photo does not show, or "".
+
+    It is the width of the mouth if the walls flare, and the width of the floor if they undercut.
+    """
     solid = evidence.solid
     widths_mm = {"flare": solid.figures.mouth_width_mm, "undercut": solid.figures.floor_width_mm}
     if widths_mm.get(solid.tilt) is None:

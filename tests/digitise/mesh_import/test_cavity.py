@@ -41,7 +41,7 @@ def test_the_cavity_has_the_volume_and_depth_of_the_modelled_crack(body, volume_
     assert cavity.warnings == ()
 
 
-def test_a_block_with_two_cracks_is_refused_with_their_places():
+def test_the_error_for_a_block_with_two_cracks_states_where_both_are():
     two = slotted(box((20.0, 5.0, -6.0), (70.0, 9.0, 1.0)))
     with pytest.raises(InputError, match=r"240 mm² .*\(50, 20\) and 200 mm² .*\(45, 7\)"):
         cavity_in(two)

@@ -35,7 +35,7 @@ def test_frames_of_the_fill_are_coloured_on_a_common_scale(scene, frames):
             assert limits in (discs.norm, discs.get_clim())
 
 
-def test_at_most_eight_frames_are_drawn_with_the_nozzle_only_during_its_path(scene, evidence, frames):
+def test_at_most_eight_frames_are_drawn_and_the_nozzle_only_while_it_is_on_its_path(scene, evidence, frames):
     path = evidence.trajectory
     assert scene.nozzle_mm(float(path.t_s[0])) == pytest.approx(path.position_mm[0])
     assert scene.nozzle_mm(float(path.t_s[-1]) + 1.0) is None

@@ -49,7 +49,7 @@ HEADER = ('<c t="inlineStr"><is><t>s_mm</t></is></c>', '<c t="str"><v>depth_mm</
 @pytest.mark.parametrize("code", ['0.0" mm days"', "[Red]0.0;-0.0", "0.0E+00", "Standard", "Est\u00e1ndar"])
 @pytest.mark.parametrize("value", [0.25, 2, 60.5, -2.5])
 def test_a_number_format_does_not_turn_a_number_into_a_date(first, read, code, value):
-    """Writers store the word of their language for General, whose d, m, s and y openpyxl takes for those of a date."""
+    """Some programs store the format General in their language, such as Standard. openpyxl takes its d for a date's."""
     first["B2"], first["B2"].number_format = value, code
     assert read().rows[2][1][:2] == (f"{value:g}", "number")
 

@@ -66,7 +66,7 @@ def test_an_error_is_called_too_high_or_too_low_only_beyond_its_uncertainty(erro
 )
 @pytest.mark.parametrize("error_mm", [0.0, 1.0])
 def test_no_conclusion_is_drawn_if_numerical_or_input_errors_are_unknown(parts, error_mm):
-    """With one sentence for all, numerics and inputs that were not computed were blamed on the model."""
+    """Errors of numerics or inputs that were not computed must not be attributed to the model."""
     mean = mean_level_budget(error_mm, 0.2, *parts)
     assert mean.resolved is None
     sentences = texts(level_findings(mean, stations([1.0, -1.0], [0.2, 0.2]), PARTS))
