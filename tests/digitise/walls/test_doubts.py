@@ -68,7 +68,7 @@ def test_a_clicked_end_far_beyond_a_closed_crack_is_refused(photo):
     assert judge_reach(photo, path_px, path_px[8:], ("closed", "closed")) == []
     # An end that is cut does not close before the click.
     assert judge_reach(photo, path_px, path_px[150:], ("cut", "closed")) == []
-    with pytest.raises(InputError, match=r"the end \(10, 50\) px is not reached.* \(150 px\) before it, up to"):
+    with pytest.raises(InputError, match=r"the end \(10, 50\) px is not reached.* \(150 px\) before it, at"):
         judge_reach(photo, path_px, path_px[150:], ("closed", "closed"))
 
 
