@@ -52,7 +52,8 @@ MAX_QUOTED, LONGEST_QUOTED = 60, 400  # Largest number of quoted texts of a shee
 REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
 NAMES, RANGE = "names", "range"
 """Entries of as_written: for the names of file and worksheet, and for all texts outside the range."""
-ANOTHER = re.compile(r"[^\W\d_]{1,3}[ _-]?[0-9]+\w?")  # Possible name of another sample
+ANOTHER = re.compile(r"(?!(?i:ark))[A-Za-z]{1,3}[ _-]?[0-9]+\w?")
+"""Possible name of another sample. Ark1 is the usual name of a Danish worksheet."""
 LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat, possibly after a word, or a letter
 
 
@@ -136,9 +137,10 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
 def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
     """Yield the names of the worksheet and of the file, without the name of the sample."""
     stem = grid.path.stem.replace(sample, " ") if sample else grid.path.stem
+    is_sample = sample or ANOTHER.fullmatch(stem)
     for kind, name in (("name of the worksheet", grid.sheet or ""), ("name of the file", stem)):
         # "P02" in the file of P01 is another sample.
-        is_other = sample and ANOTHER.fullmatch(name) and sample_key(name) != sample_key(sample)
+        is_other = is_sample and ANOTHER.fullmatch(name) and sample_key(name) != sample_key(sample or grid.path.stem)
         if is_other or (len(name.strip()) > 1 and changes(name)):
             yield Text(NAMES, name, kind)
 
@@ -158,7 +160,7 @@ def _ask_about_marks(table: Table, rows: ReadRows) -> None:
     """Ask about readings that are struck through, hidden, or coloured unlike most of their column."""
     grid, answers = table.grid, list[str]()
     for column in table.used:
-        if column.index in grid.hidden_columns:
+        if column.index in grid.hidden_columns or any(table.cell(row, column).is_struck for row in table.header.rows):
             answers.append(column.letters)
             continue
         cells = {row: table.cell(row, column) for row in rows.read if f"{column.letters}{row}" not in table.chosen.skip}

@@ -119,7 +119,7 @@ class Grid:
         for row, _, text in self.comments:
             yield f"{sheet}, comment in row {row}", text
         for row, cells in self.rows.items():
-            if words := [cell.text for cell in cells.values() if cell.kind == "text"]:
+            if words := [cell.text for cell in cells.values() if cell.text]:
                 yield f"{sheet}, row {row}", " ".join(words)
 
 

@@ -155,10 +155,25 @@ def _passed(table: Table) -> Iterator[int]:
         finding = f"skip lists {listed(sorted(absent))}, which is neither a row nor a reading of the table."
         table.ask("skip", finding, "Correct skip. Rows are counted from 1.")
     for row in table.body:
-        first = next(iter(table.part[row].values()))
-        labels = first.text, "" if table.repeat is None else table.cell(row, table.repeat).text
+        first = next(iter(table.part[row].values())).text
+        # A word in front of a position is a remark: SD may be an operator.
+        first = "" if table.station and numeric(table.cell(row, table.station)) else first
+        labels = first, "" if table.repeat is None else table.cell(row, table.repeat).text
         if f"{row}" in entries or any(map(is_calculated, labels)):
             yield row
+
+
+def _ask_about_order(table: Table, by_s: Mapping[float, Mapping[str, Reading]]) -> None:
+    """Ask about positions out of order, since a digit may be wrong, or a second table may begin."""
+    if table.station is None or table.repeat is not None or table.stands_in:
+        return
+    signs = np.sign(np.diff([*by_s]))
+    turns = [next(iter(readings.values())).row for readings in [*by_s.values()][1:-1]]
+    cells = [f"{table.station.letters}{row}" for row, turn in zip(turns, signs[1:] != signs[:-1], strict=True) if turn]
+    if cells := [cell for cell in cells if not table.confirms(cell)]:
+        finding = f"the positions are out of order at {listed(cells)}."
+        remedy = "Correct them, or confirm them, if the stations were read in this order."
+        table.ask("order", finding, remedy, {CONFIRMS: cells}, cells, stops=True)
 
 
 def _has_readings(table: Table, row: int) -> bool:
@@ -197,6 +212,7 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
         if is_twice and not is_blank:
             twice.append(name)
     numbers.report()
+    _ask_about_order(table, by_s)
     if blank:
         remedy = "If these are repeats of the position above, confirm it. Otherwise write a position into every row."
         answers = {CONFIRMS: ["repeats"], **skipping(table, blank)}

@@ -310,7 +310,8 @@ def _problems(
     if table.chosen.levels is None:
         if len({(entry.unit, entry.quantity) for entry in meanings}) > 1:
             yield f"{table.named(readings)} differ in unit or direction"
-        if any(int(entry.number or 0) > len(readings) for entry in meanings):
+        numbers = [entry.number for entry in meanings]
+        if len({*numbers}) not in (1, len(numbers)) or any(int(number or 0) > len(numbers) for number in numbers):
             yield f"{table.named(readings)} has a number that is not the number of a repeat"
     if len(repeats) > 1 or (repeats and len(readings) > 1):
         yield f"{table.named(repeats)} counts repeats by its name, as do other columns"

@@ -32,10 +32,12 @@ HIDDEN = {("hidden", "1"), ("hidden", "true"), ("ht", "0"), ("width", "0")}  # A
 NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
 """A letter that no date format contains. Words for "General" in other languages contain one, for example "Standard"."""
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
-SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
-"""Text that a format shows behind a number, either quoted or letter by letter."""
-PLAIN = re.compile(r"rgb ..(?:000000|FFFFFF)|theme [01] 0\.0|indexed (?:0|1|8|9|6\d) |auto")
-"""Colours that are black, white or automatic, with their tint."""
+SHOWN_TEXT = re.compile(r'(?:[0#?]\s*|^)((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)(?=$|[0#?])')
+"""Text that a format shows in front of a number or behind it, either quoted or letter by letter."""
+PLAIN = re.compile(
+    r"\w+ (?:rgb ..000000|theme 1 0\.0|indexed (?:[08]|6\d) |auto)|fill (?:rgb ..FFFFFF|theme 0 0\.0|indexed [19] )"
+)
+"""Usual colours with their tint: black, automatic, and white for a fill. White as a font's colour hides a number."""
 FIELD = re.compile(r'&(?:"[^"]*"|\d+ ?|K[0-9A-F]{6}|[A-Z])')  # Font, position or field of a page header, such as &P
 
 
@@ -83,12 +85,12 @@ def read_xlsx(path: Path, archive: zipfile.ZipFile, content: bytes) -> Iterator[
 def _look(style: Any, code: str, book: Any) -> Cell:
     """Return an empty cell with the marks of a style, and with the unit that the style's format shows."""
     font, fill = book._fonts[style.fontId], book._fills[style.fillId]
-    behind = SHOWN_BEHIND.search(code.partition(";")[0])
-    unit = "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
-    colours = font.color, fill.fill_type and getattr(fill, "fgColor", None)
-    names = [f"{colour.type} {colour.value} {colour.tint}" for colour in colours if colour is not None]
+    unit = re.sub(r'["\\_]', "", "".join(SHOWN_TEXT.findall(code.partition(";")[0]))).strip()
+    colours = {"font": font.color, "fill": fill.fill_type and getattr(fill, "fgColor", None)}
+    names = [f"{part} {colour.type} {colour.value} {colour.tint}" for part, colour in colours.items() if colour]
     colours = " ".join(name for name in names if not PLAIN.match(name))
-    return Cell("", unit=unit, is_struck=bool(font.strike), colours=colours)
+    # The format ";;;" shows nothing.
+    return Cell("", unit=unit, is_struck=bool(font.strike) or code.startswith(";"), colours=colours)
 
 
 def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:

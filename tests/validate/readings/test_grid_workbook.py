@@ -54,6 +54,12 @@ def test_a_number_format_does_not_turn_a_number_into_a_date(first, read, code, v
     assert read().rows[2][1][:2] == (f"{value:g}", "number")
 
 
+def test_a_text_that_a_format_shows_beside_a_number_counts_as_its_unit(first, read):
+    for cell, code in {"B2": '0.0" cm"', "B3": '"<"0.00'}.items():
+        first[cell], first[cell].number_format = 1.5, code
+    assert [row[1].unit for row in (read().rows[2], read().rows[3])] == ["cm", "<"]
+
+
 def test_cells_other_than_numbers_are_read_with_their_kind(first, read):
     values = {"B2": "=C2-0.1", "C2": datetime.date(2026, 1, 16), "B3": "#DIV/0!", "C3": True, "B4": "1,5", "C4": 1e9}
     for cell, value in {**values, "A1": "s_mm_x000D_", "A4": 16.5}.items():
@@ -75,7 +81,7 @@ def test_colours_and_strikethrough_are_read_only_for_cells_with_content(first, r
     plain = Color(rgb="00FFFFFF"), Color(theme=1), Color(indexed=64), Color(auto=True), Color(rgb="FF000000")
     for column, (colour, other) in enumerate(zip(plain[:3], plain[2:], strict=True), start=1):
         first.cell(1, column).fill, first.cell(1, column).font = PatternFill("solid", fgColor=colour), Font(color=other)
-    shown = {(2, 1): "rgb FFFFFF00 0.0", (3, 1): "rgb FFFF0000 0.0", (4, 0): "theme 5 0.0"}
+    shown = {(2, 1): "fill rgb FFFFFF00 0.0", (3, 1): "font rgb FFFF0000 0.0", (4, 0): "font theme 5 0.0"}
     cells = cells_of(grid := read())
     assert {key: cell.colours for key, cell in cells.items() if cell.colours} == shown
     assert {key for key, cell in cells.items() if cell.is_struck} == {(2, 0), (2, 2)}
@@ -100,9 +106,9 @@ def test_texts_of_other_sheets_headers_and_footers_are_listed_with_their_locatio
         many.append([line, None, f"line {line}"])
     elsewhere = read("Sheet").elsewhere
     assert elsewhere[:2] == [("page header", "P01"), ("page footer", "all in cm")]
-    assert elsewhere[2:4] == [("sheet 'in inch', page footer", "end"), ("sheet 'in inch', row 1", "Sample P02")]
+    assert elsewhere[2:4] == [("sheet 'in inch', page footer", "end"), ("sheet 'in inch', row 1", "7 Sample P02")]
     assert len(elsewhere) == 4 + 250
-    assert elsewhere[-1] == ("sheet 'Log', row 250", "line 249")
+    assert elsewhere[-1] == ("sheet 'Log', row 250", "249 line 249")
 
 
 def test_several_sheets_with_tables_give_one_question(first, read):

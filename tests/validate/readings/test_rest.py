@@ -70,6 +70,15 @@ WORKBOOKS = {
     "another worksheet": (lambda sheet: sheet.parent.create_sheet().append(["in cm"]), {}, {"remark": ["worksheets"]}),
     "a comment": (lambda sheet: setattr(sheet["B3"], "comment", Comment("slipped", "M")), {}, {"remark": ["B3"]}),
     "struck through": (lambda sheet: setattr(sheet["B3"], "font", Font(strike=True)), {}, {"marked": ["B3"]}),
+    "a name struck through": (lambda sheet: setattr(sheet["B1"], "font", Font(strike=True)), {}, {"marked": ["B"]}),
+    "a white number": (lambda sheet: setattr(sheet["B3"], "font", Font(color="FFFFFFFF")), {}, {"marked": ["B3"]}),
+    "a format that hides": (lambda sheet: setattr(sheet["B3"], "number_format", ";;;"), {}, {"marked": ["B3"]}),
+    "a number on another worksheet": (
+        lambda sheet: sheet.parent.create_sheet().append([5]),
+        {},
+        {"remark": ["worksheets"]},
+    ),
+    "the name of the back": (lambda sheet: setattr(sheet, "title", "Unterseite"), {}, {"remark": ["names"]}),
     "a hidden row": (lambda sheet: setattr(sheet.row_dimensions[4], "hidden", True), {}, {"marked": ["A4", "B4"]}),
     "a hidden column": (lambda sheet: setattr(sheet.column_dimensions["B"], "hidden", True), {}, {"marked": ["B"]}),
     "a red cell": (lambda sheet: _colour(sheet, "B3"), {}, {"marked": ["B3"]}),
@@ -156,3 +165,28 @@ def test_answers_to_all_questions_raise_no_further_questions(doubts_of, text, ki
     assert {doubt.kind for doubt in doubts} == kinds
     assert all(doubt.answers for doubt in doubts)
     assert doubts_of(text, 20.0, 60.0, **answered(doubts, own=ranges)) == ()
+
+
+FROM_OUTSIDE = {
+    "a word in front of a position": ("remark;s_mm;level_mm\n;0;-3\nmax;10;-2\n;20;-2.5\n", {"remark": ["A3"]}),
+    "a digit lost in a position": ("s_mm;level_mm\n10;-6\n20;-5\n30;-4\n4;-3\n50;-2\n", {"order": ["A4", "A5"]}),
+    "two tables in one": ("s_mm;level_mm\n10;-6\n20;-5\n30;-4\n\n15;-1\n25;-2\n", {"order": ["A4", "A6"]}),
+    "a number of a repeat twice": ("s_mm;level 1 mm;level 1 mm;level 2 mm\n0;-3;-3;-3\n5;-2;-2;-2\n", {"columns": []}),
+}
+"""Sheets of somebody who had not read the reader, and which were read without a word."""
+
+
+@pytest.mark.parametrize("name", FROM_OUTSIDE)
+def test_sheets_that_were_once_read_wrongly_give_a_question(name, write):
+    text, questions = FROM_OUTSIDE[name]
+    try:
+        doubts = read_readings(write(text), Declared(), 80.0, None).questions
+    except SheetFaults as faults:
+        doubts = faults.doubts
+    cells = {doubt.kind: [*doubt.cells] for doubt in doubts}
+    assert questions.items() <= cells.items()
+
+
+def test_a_column_of_operators_does_not_hide_rows(read):
+    profile = read("operator;s_mm;level_mm\nKM;0;-3\nSD;5;-2\nKM;10;-2.5\n", as_written=("A",))
+    assert profile.s_mm.tolist() == [0, 5, 10]
