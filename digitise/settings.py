@@ -361,7 +361,7 @@ class NozzlePath(Settings):
     def planned(self) -> PathTable | None:
         """Columns of the plan. None if there is no plan. Raises ValueError if its file was not read with ``loaded``."""
         if isinstance(self.plan, Path):
-            raise ValueError("the plan is a file that is not read yet; call loaded first")
+            raise ValueError("the plan is a file that is not read yet: call loaded() first")
         return self.plan
 
     def loaded(self, folder: Path) -> Self:

@@ -1,5 +1,7 @@
 """A path whose speed and flow come from a table."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,11 @@ ROWS = np.array(
 def written(folder, rows=ROWS):
     write_table(folder / "plan.csv", COLUMNS, np.array(rows))
     return folder / "plan.csv"
+
+
+def test_a_trial_reads_the_path_table_beside_its_file(tmp_path):
+    path = written(tmp_path)
+    assert NozzlePath(plan=Path(path.name)).loaded(tmp_path) == NozzlePath(plan=read_planned_path(path))
 
 
 def test_particles_and_the_fast_model_dispense_the_volume_of_the_path_table(tmp_path):

@@ -90,6 +90,7 @@ def test_a_wall_follows_a_line_drawn_in_either_direction(tmp_path, step, aside_p
     [
         ([[(200.0, 142.0), (260.0, 10.0)]], "walls_px, line 1, is not on"),
         ([[(200.0, 142.0), (260.0, 142.0)], [(220.0, 140.0), (240.0, 160.0)]], "walls_px, line 2, crosses"),
+        ([[(200.0, 142.0), (260.0, 999.0)]], "walls_px, line 1, leaves the photo"),
     ],
 )
 def test_a_drawn_wall_line_off_or_across_the_crack_is_refused(tmp_path, lines, named):
