@@ -136,7 +136,7 @@ def test_the_error_for_a_yield_stress_too_large_for_the_solver_gives_the_limit(k
 
 def test_a_curve_with_a_viscosity_too_large_to_compute_is_refused():
     stiff = fluid(curve={"age_s": [0, 1], "viscosity_pa_s": [1, 1e4]}, density_kg_m3=1.0)
-    with pytest.raises(InputError, match=r"fluid\.curve reaches 10000"):
+    with pytest.raises(InputError, match=r"fluid\.curve reaches a viscosity of 10000"):
         solved_as(stiff, Solver(), FRAME_S, 1000)
 
 

@@ -78,14 +78,13 @@ def test_slow_rows_far_from_the_fitted_law_give_a_doubt(tmp_path, seed):
     assert "doubts" in material_text(static)
 
 
-@pytest.mark.parametrize("n", [0.5, 1.0])
-def test_95_percent_intervals_contain_the_true_values_in_95_percent_of_fits(n):
+def test_95_percent_intervals_contain_the_true_values_in_95_percent_of_fits():
     """Intervals with a coverage of 95 % contain fewer than 16 of 20 true values by chance once in 3000."""
     random = np.random.default_rng(7)
-    true, inside = np.array([12.0, 3.0, n]), []
+    true, inside = np.array([12.0, 3.0, 0.5]), []
     for _ in range(20):
         torque, gap = random.normal(0, [TORQUE, GAP])
-        stress = (12 + 3 * (RATES * (1 + gap)) ** n) * (1 + torque) * (1 + random.normal(0, 0.02, len(RATES)))
+        stress = (12 + 3 * (RATES * (1 + gap)) ** 0.5) * (1 + torque) * (1 + random.normal(0, 0.02, len(RATES)))
         law = fit_flow_law(RATES, stress)
         ends = np.array([one.interval for one in (law.yield_stress_pa, law.consistency_pa_s_n, law.flow_index)])
         inside.append((ends[:, 0] <= true) & (true <= ends[:, 1]))
