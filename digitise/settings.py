@@ -51,7 +51,7 @@ MeshUnit = Literal["mm", "cm", "m", "inch"]
 # Largest number of stretches of wall drawn by hand, and of points of each. If more are needed, paint a mask
 MAX_WALLS, MAX_WALL_POINTS = 50, 200
 NO_SCALE = "no_scale"  # Error type of a photo without a scale
-SCALES = "no scale: give [photo.markers], face_mm, ruler_px or mm_per_px"
+SCALES = "no scale: give [photo.markers], face_mm with face_corners_px, ruler_px or mm_per_px"
 Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MAX_WALL_POINTS)]
 Walls = Annotated[tuple[Region, ...], Field(max_length=MAX_WALLS)]
 NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}

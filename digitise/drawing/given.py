@@ -66,7 +66,7 @@ class GivenDrawing(GivenCrack):
     walls: tuple[Layer, Layer] | None = None
     """Two layers. Each contains one wall as an open line."""
     line: Layer | None = None
-    """Layer with the crack's middle as an open line. It requires width_mm."""
+    """Layer with the crack's middle as an open line. It requires ``width_mm``."""
     width_mm: Width | None = None
     """Width of the crack whose middle is ``line``."""
     units: Literal["mm", "cm", "m", "inch", "foot"] | None = None

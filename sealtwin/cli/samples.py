@@ -72,7 +72,7 @@ def digitise(
 
     Examples: sealtwin digitise photo.png --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --out crack
 
-    sealtwin digitise photos/*.jpg --depth-mm 16 --face-mm 160x40 --out photos-digitised
+    sealtwin digitise photos --depth-mm 16 --markers markers.toml --set photo.crack=1 --out photos-digitised
     """
     from sealtwin.core.mesh_file import READERS
 

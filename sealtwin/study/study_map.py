@@ -93,8 +93,8 @@ def map_study(
     if len(ranked) < FEWEST:
         raise InputError(
             f"{folder}: only {len(ranked)} of {len(done)} finished runs can be ranked. The others have a volume error "
-            f"above 5 %, or the fast model is not valid for them. A map needs at least {FEWEST}. Use smaller particles "
-            "or more substeps, or give --any-volume to map all runs."
+            f"above 5 %, or the fast model is not valid for them. A map needs at least {FEWEST}. Use smaller "
+            "particles, more substeps or another model, or give --any-volume to map all runs."
         )
     chart = chart_of(folder, ranked, plan, caliper, data)
     # The fast model has no particles to draw.
@@ -192,6 +192,7 @@ def chart_of(
         replicates=replicates,
         fluid_warnings=tuple(fluid_warnings(done)),
         screening=screening([run for run in plan.runs if run.state == "done"]),
+        fast=fast,
         fitted=len({*(axis.setting for axis in axes), *(settings.fitted or ())}),
     )
 

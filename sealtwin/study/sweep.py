@@ -245,7 +245,7 @@ def screening(runs: Sequence[StudyRun]) -> str:
         drafts = sum(run.trial.get("solver", {}).get("preset") == "draft" for run in runs)
         return f"{drafts} of {len(runs)} runs are drafts: {DRAFTS}" if drafts else ""
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
-    which = f"not valid for {unfit} of these runs, which are not ranked" if unfit else "valid for all of these runs"
+    which = f"not valid for {unfit} of these runs" if unfit else "valid for all of these runs"
     return (
         f"The fast model computed {len(fast)} of {len(runs)} runs. It is only for screening: confirm its levels with "
         f"particles. It is {which}."

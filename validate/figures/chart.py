@@ -178,7 +178,8 @@ class Chart:
     """True for each run that cannot be distinguished from the best run, (runs,). Without repeats, only for the best
     run."""
     replicates: RepeatedPairs | None
-    screening: str = ""  # Sentence about the runs of the fast model. Empty if there are none.
+    screening: str = ""  # Sentence about the runs of the fast model or drafts. Empty if there are none.
+    fast: bool = False  # True if the fast model computed all runs
     fluid_warnings: tuple[str, ...] = ()  # Sentences about faults of the runs' fluids
     fitted: int = 2  # Number of settings fitted to these readings: the map's two and the trial's declared ones
 
@@ -244,7 +245,7 @@ class Chart:
     @property
     def flatness(self) -> str:
         """Sentence about the pairs of settings that fit as well as the best one."""
-        if self.replicates is None and self.screening:
+        if self.replicates is None and self.fast:
             return "Runs of the fast model do not scatter. Their difference from runs with particles is unknown."
         if self.replicates is None:
             return (
