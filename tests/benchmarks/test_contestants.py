@@ -9,6 +9,7 @@ from benchmarks.pbf_tank import FLOWING, PasteFrame, in_cpp, paste_after
 FEW = 600
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not has_compiler(), reason="no g++ on this machine")
 def test_the_cpp_program_computes_the_same_substeps_of_paste_as_the_solver():
     """Rounding alone makes positions differ by 2e-5 of the distance moved, and may cost an iteration of the viscosity.

@@ -64,7 +64,11 @@ def calibrated(words, progress, accurate, *, out, **options):
     return json.loads(json.dumps({"page": f"{out}/page.html", "possible": True, "free": free, "fluid_warnings": []}))
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+SLOW = ("plan_flow",)
+"""Example that computes particles. ``make test`` runs the same plan by its command."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in FUNCTIONS])
 def test_each_docstring_example_prints_the_output_that_it_shows(name, lab, monkeypatch):
     monkeypatch.chdir(lab)
     monkeypatch.setattr(studies, "_command", calibrated if name == "calibrate" else studies._command)
