@@ -183,9 +183,9 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
         return
     yield Plate(sentence("figure_histogram"), lambda: draw_histogram(comparison))
     if (uncertainty := comparison.uncertainty) is not None:
+        yield Plate(sentence("figure_stations", m=comparison), lambda: draw_uncertainty(uncertainty.stations))
         if text := stretches_off(uncertainty.stations):
             yield Paragraph((text,))
-        yield Plate(sentence("figure_stations", m=comparison), lambda: draw_uncertainty(uncertainty.stations))
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
