@@ -113,7 +113,7 @@ class Injection:
         began = time.perf_counter()
         solves = engine.advance(frame)
         sampled = not self.statistics.density or frame % SAMPLE_EVERY == 0 or frame == self.frames - 1
-        if sampled or not engine.replays:
+        if sampled or not engine.uses_recordings:
             self._give_up_faulty()
             self.moving = engine.count_movers()
             if self.moving:
@@ -415,7 +415,7 @@ def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -
     )
     setup_s, frames = time.perf_counter() - began, case.courses[0].frames
     frame_work = np.sum([course.work for course in case.courses], axis=0)
-    if engine.sleeps:
+    if engine.can_sleep:
         # The number of awake particles cannot be predicted. A frame is assumed to take twice as long during release.
         frame_work = np.where(np.arange(frames) < len(schedule.released), 2, 1)
     work, statistics = [0, *np.cumsum(frame_work).tolist()], RunStatistics(len(pastes))

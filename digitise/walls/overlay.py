@@ -26,7 +26,7 @@ MAX_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
 STRAIGHT_AROUND = 1.5  # Half the height of the straightened picture, in mean widths of the crack
-STRAIGHT_MOST_PX = 1400  # Largest length of the straightened picture. A report shows it with a length of 800 px
+MAX_STRAIGHT_PX = 1400  # Largest length of the straightened picture. A report shows it with a length of 800 px
 DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
@@ -190,7 +190,7 @@ def straight_view(photo: Photo, outline: Outline) -> Pixels:
     half height, and the left side of the crack is up. A pixel has the same size along and across. Areas outside the
     photo are white.
     """
-    mm_per_px = max(photo.mm_per_px, outline.length_mm / (STRAIGHT_MOST_PX - 1))
+    mm_per_px = max(photo.mm_per_px, outline.length_mm / (MAX_STRAIGHT_PX - 1))
     columns = max(2, 1 + round(outline.length_mm / mm_per_px))
     s_mm = np.linspace(0.0, outline.length_mm, columns)
     half_px = max(1, round(STRAIGHT_AROUND * outline.mean_width_mm / mm_per_px))

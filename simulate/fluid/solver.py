@@ -121,7 +121,7 @@ class FluidSolver:
         self.movers = MoversList(state, launcher)
         self.lists = neighbour_lists(rows, walls.position_and_share, device, packed=native, lanes=launcher.lanes)
         self._lacking = reader(self.lists.lacking)
-        self.sleeps = any(fluid.yields for fluid in fluids) and settings.sleep
+        self.can_sleep = any(fluid.yields for fluid in fluids) and settings.sleep
         self.needs_shear_rate = any(fluid.depends_on_shear or fluid.by_age is not None for fluid in fluids)
         """True if the viscosity of particles depends on their shear rate or age. The viscosity is then computed in each
         substep."""
@@ -157,7 +157,7 @@ class FluidSolver:
         self._bind_frame()
         self._released = state.count
         # With explicit passes, the host must act in each substep.
-        self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
+        self.uses_recordings = device != "cpu" and settings.viscosity_solve == "implicit"
         """True if frames are recorded and replayed. The host then gets no data during a frame."""
         self._recorded: Any = None  # The recording of a frame
         self.kernels_a_frame = 0  # Launches by the host in the last frame that was not replayed
@@ -284,7 +284,7 @@ class FluidSolver:
 
         If frames are recorded, parts are launched one by one.
         """
-        if self.replays:
+        if self.uses_recordings:
             for part in parts:
                 part(self.rows)
         else:
@@ -322,7 +322,7 @@ class FluidSolver:
         """
         if self.state.device == "cpu" and frame % RENUMBER_EVERY == 0:
             self._renumber()
-        if self.replays and not self.recorded and self.kernels_a_frame:
+        if self.uses_recordings and not self.recorded and self.kernels_a_frame:
             # A recording contains the addresses of the lists, so the lists cannot be enlarged afterwards.
             self.make_room(MAX_ROOM)
             self._recorded = record(self.state.device, lambda: self._run_frame(frame))
@@ -339,7 +339,7 @@ class FluidSolver:
             by_frame = RESOLUTIONS[self.settings.preset].shear_by_frame
             for number in range(self.substeps):
                 self.step(measures_shear=not (by_frame and number))
-                if not self.replays:
+                if not self.uses_recordings:
                     solves.append(self.viscosity.iterations())
             self._launch(self.faults.look)
             self.rest()
@@ -361,21 +361,21 @@ class FluidSolver:
         """Release the particles of a frame, and freeze particles that reach the freezing age."""
         state = self.state
         # For one run on a CPU, only the released particles are processed. Otherwise, all particles are processed.
-        if state.runs == 1 and not self.replays:
+        if state.runs == 1 and not self.uses_recordings:
             self._released = state.released(frame)
         self._launch(self._age)
         self.find_movers()
 
     def rest(self) -> None:
         """Wake particles beside a flow, and put quiet particles to sleep. This is called once in a frame."""
-        if self.sleeps:
+        if self.can_sleep:
             self._launch(self._wake, self._fall_asleep)
             self.find_movers()
 
     def find_movers(self) -> None:
         self._launch(self._find_movers)
         self.movers.sorted = False
-        self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
+        self.rows = len(self.lists.fluid_count) if self.uses_recordings else self.count_movers()
 
     def count_movers(self) -> int:
         """Return the current number of moving particles. The host waits for this number.

@@ -29,7 +29,7 @@ def ready(pastes: tuple[Fluid, ...], **how: Any) -> Injection:
 def finish(injection: Injection) -> Injection:
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
-    assert injection.engine.recorded == injection.engine.replays
+    assert injection.engine.recorded == injection.engine.uses_recordings
     return injection
 
 

@@ -85,7 +85,7 @@ def injected(
         patch.setattr(injections, "enclosure_of", lambda sample, *more: enclosed(sample.solid, sample.outline, *more))
         injection = prepare(inputs, ComputeOptions(device, threads))
     if replays:
-        injection.engine.replays = True
+        injection.engine.uses_recordings = True
     return injection
 
 

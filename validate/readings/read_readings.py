@@ -63,7 +63,7 @@ def readings_of(
         finding = f"{counted(len(cells.s_mm), 'station')} with a reading; at least two are needed."
         table.ask("stations", finding, "Add stations, or name another sheet or range.")
     # A question that only follows from an assumed answer to another question is not asked.
-    is_sure = not (table.stands_in or table.is_open("range"))
+    is_sure = not (table.is_guessed or table.is_open("range"))
     has_places = is_sure and not table.is_open("unit", "decimal", "places")
     has_levels = has_places and not table.is_open("quantity")
     if depth_mm is not None and has_places:

@@ -165,7 +165,7 @@ def _passed(table: Table) -> Iterator[int]:
 
 def _ask_about_order(table: Table, by_s: Mapping[float, Mapping[str, Reading]]) -> None:
     """Ask about positions out of order, since a digit may be wrong, or a second table may begin."""
-    if table.station is None or table.repeat is not None or table.stands_in:
+    if table.station is None or table.repeat is not None or table.is_guessed:
         return
     signs = np.sign(np.diff([*by_s]))
     turns = [next(iter(readings.values())).row for readings in [*by_s.values()][1:-1]]

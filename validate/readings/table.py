@@ -71,7 +71,7 @@ class Table:
     repeat: Column | None = None
     others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to have another role
     unclear: list[int] = field(default_factory=list[int])  # Columns that may be the answer to a question
-    stands_in: bool = False  # True if columns were chosen although no name and no setting gives them
+    is_guessed: bool = False  # True if columns were chosen although no name and no setting gives them
 
     @property
     def chosen(self) -> Columns:
@@ -271,8 +271,8 @@ def _set_columns(table: Table) -> None:
         if entry.role is Role.SAMPLE:
             _ask_about_samples(table, column)
     if problems := [*_problems(table, stations, readings, repeats, unknown)]:
-        table.stands_in = not (stations and readings)
-        stations, readings = _stand_ins(table, stations, readings, unknown or numbers, f"{'; '.join(problems)}.")
+        table.is_guessed = not (stations and readings)
+        stations, readings = _guessed_columns(table, stations, readings, unknown or numbers, f"{'; '.join(problems)}.")
         repeats = []
         # Another column may be the answer: its name is asked about in the same round.
         table.unclear = sorted({*unknown} - {*stations, *readings})
@@ -317,7 +317,7 @@ def _problems(
         yield f"{table.named(repeats)} counts repeats by its name, as do other columns"
 
 
-def _stand_ins(
+def _guessed_columns(
     table: Table, stations: list[int], readings: list[int], likely: Sequence[int], finding: str
 ) -> tuple[list[int], list[int]]:
     """Return the most likely columns, and ask for the right ones."""

@@ -53,8 +53,8 @@ class Curve:
 
     x: Floats
     error_mm: Floats
-    hat: Any  # (len(x), n): weight of each station's level
-    bump: Any  # (len(x), n - 1): weight of each height between two stations
+    level_weights: Any  # (len(x), n): weight of each station's level
+    height_weights: Any  # (len(x), n - 1): weight of each height between two stations
 
     @classmethod
     def of(cls, x: Floats, error_mm: Floats, s_mm: Floats) -> "Curve":
@@ -75,7 +75,7 @@ class Curve:
         """
         piece = (np.diff(self.x) if sign is None else np.diff(self.x) * sign) / (self.x[-1] - self.x[0])
         weight = (np.append(piece, 0.0) + np.append(0.0, piece)) / 2
-        return self.hat.T @ weight, self.bump.T @ weight
+        return self.level_weights.T @ weight, self.height_weights.T @ weight
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ class Budget:
 
     def along_mm(self, curve: Curve) -> Floats:
         """Return draws of the error at each x of a curve, (``CURVES``, len(x))."""
-        along_mm = self.at_stations_mm[:CURVES] @ curve.hat.T
-        return along_mm + self.between_mm[:CURVES] @ curve.bump.T if self.between_mm.any() else along_mm
+        along_mm = self.at_stations_mm[:CURVES] @ curve.level_weights.T
+        return along_mm + self.between_mm[:CURVES] @ curve.height_weights.T if self.between_mm.any() else along_mm
 
     def mean_mm(self, weights: tuple[Floats, Floats]) -> float:
         """Return the half-width of the 95 % interval of a weighted sum of levels at stations and between them."""
@@ -187,7 +187,7 @@ class Budget:
         x, mean_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
         off_mm = self.along_mm(curve)
         # The measured level between stations is assumed straight, as in the mean error.
-        middle_mm = curve.hat @ np.median(self.at_stations_mm, axis=0)
+        middle_mm = curve.level_weights @ np.median(self.at_stations_mm, axis=0)
         off_mm, likely = off_mm - middle_mm, curve.error_mm + middle_mm
         likely_mm = float(mean_absolute(x, likely))
         most_mm = float(np.quantile(mean_absolute(x, off_mm), (1 + SHARE) / 2))

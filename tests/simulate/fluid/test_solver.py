@@ -101,7 +101,7 @@ def test_a_recorded_frame_reserves_memory_for_longer_neighbour_lists_of_later_fr
     Seen to fail with the first frame's room in the recording: rows then lost their walls.
     """
     asking, replayed = (with_entries(20, 0.9, monkeypatch) for _ in range(2))
-    replayed.replays = True
+    replayed.uses_recordings = True
     asking.advance(0)
     room = asking.lists.room
     for frame in range(1, 14):
