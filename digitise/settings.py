@@ -130,8 +130,8 @@ class PhotoInput(Settings):
     """Origin of the photo. Reports state it unless it is "measured". Only measured photos allow a comparison to be a
     validation."""
     ends_px: PixelPair | None = None
-    """Both ends of the crack, each as column and row. The nozzle starts at the first end. Without
-    them, lines that may be the crack are searched for, and ``crack`` chooses one."""
+    """Both ends of the crack, each as column and row. The nozzle starts at the first end. Without ends, lines that may
+    be the crack are searched for, and ``crack`` chooses one."""
     crack: int | None = Field(default=None, ge=1, le=MAX_RANKED)
     """Number of the crack in the list that the search makes, best crack first. refused.png shows these numbers. Only
     without ends_px."""
@@ -174,8 +174,8 @@ class PhotoInput(Settings):
     """Width and height of the sample's face. Its lower left corner is the origin. If there are no markers, the face
     defines the scale. If there are markers, the face only defines the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
-    """Corners of the face: lower left, lower right, upper right, upper left. Without markers,
-    face_mm gives the scale by them."""
+    """Corners of the face: lower left, lower right, upper right, upper left. Without markers, they give the scale,
+    together with face_mm."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
     """Scale of a photo taken square to the face, in mm per pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"
@@ -332,8 +332,8 @@ class NozzlePath(Settings):
     reverse: bool = False
     """True to start at the crack's second end. s is still measured from the first end."""
     trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 10.0
-    """Distance between the ends of the crack and the ends of the path. Give one number, or two: at s = 0 and at
-    the far end. The default is the paper's distance."""
+    """Distance between the ends of the crack and the ends of the path. Give one number, or two: at s = 0 and at the far
+    end. The default is the paper's distance."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
     """Distance over which the nozzle reaches full speed, and over which it stops, measured from the outer ends of the
     leads. Arms need at most 200. The flow is reduced with the speed, so each millimetre gets the volume set by flow."""
@@ -343,8 +343,8 @@ class NozzlePath(Settings):
     lead_out_mm: float = Field(default=0.0, ge=0, le=500)
     """Length of the straight departure after the path, without flow."""
     speed_mm_s: Annotated[float, SPEED] = Field(default=4.0, gt=0.01, le=1000)
-    """Speed of the nozzle. The default is the paper's speed. Below 0.01, sealant hardens in the nozzle. Above
-    1000, arms cannot follow."""
+    """Speed of the nozzle. The default is the paper's speed. Below 0.01, sealant hardens in the nozzle. Above 1000,
+    arms cannot follow."""
     spacing_mm: float = Field(default=1.0, gt=0.01, le=20)
     """Distance between waypoints. A distance below the default changes the path's length by less than 0.1 %. 0.01 is
     below an arm's repeatability. With more than 20, the path would leave a winding crack."""

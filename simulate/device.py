@@ -28,8 +28,6 @@ wp.config.use_precompiled_headers = False
 wp.config.enable_tiles_in_stack_memory = False
 
 SIDE = 8  # Number of points along each edge of the test lattice, and of repetitions of the test loop
-
-
 NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
 """Warp's warning on a machine without a GPU, which is suppressed."""
 NEEDED_BYTES = 20_000_000

@@ -37,7 +37,7 @@ class Fitness:
     left_out: float = 0.0
     """Fraction of the crack's volume that this model's sections leave out, such as side cracks. It is negative if the
     sections have more volume than the crack."""
-    is_open: bool = True
+    is_searched: bool = True
     """False for a crack with stones, and for a mesh: their narrow positions are not searched."""
     held_mm: float = 0.0
     """Step of the level in mm that walls across the crack and necks support, in addition to the sections."""
@@ -92,7 +92,7 @@ class Fitness:
             f"than the crack. At most {MAX_LEFT_OUT:.0%} is allowed.",
             self.left_out,
         )
-        if not self.is_open:
+        if not self.is_searched:
             text = "The crack has stones or comes from a mesh, whose narrow positions this model does not see."
             reasons.append(doubt("unfit.stones-or-mesh", text))
         unless(
@@ -122,7 +122,7 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
         max(float((slopes * height_mm).mean()), MOUND * held_mm),
         fill,
         left_out=1 - sections_mm3 / solid.cavity_volume_mm3,
-        is_open=not outline.islands_mm and solid.tilt != "modelled",
+        is_searched=not outline.islands_mm and solid.tilt != "modelled",
         held_mm=slope * narrow.holds_mm if slope > 0 else 0.0,
         dragged=narrow.drags_mm / outline.length_mm,
         narrowest_mm=narrow.s_mm,

@@ -119,10 +119,7 @@ def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
     """Return whether a text may change readings: in the header or next to readings, and not known to be harmless."""
     cell, name = table.grid.cell(row, column), table.header.names.get(column, "")
-    roles, other = (
-        {column_read.role for column_read in table.used if column_read.index == column},
-        table.others.get(column),
-    )
+    roles, other = {used.role for used in table.used if used.index == column}, table.others.get(column)
     if row in table.header.rows:
         # A column of numbers under an unknown name is asked about elsewhere.
         return not (roles or other or column in numbers)
