@@ -64,7 +64,6 @@ picture: demo
 
 # GALLERY=1 also runs the examples and shows their figures. The demo's report lies beside the pages.
 docs: $(DEVELOPING) demo
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[docs]' --constraint constraints.txt
 	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_build/html
 	mkdir -p docs/_build/html/paper-trial
 	$(BIN)/sealtwin validate reports/paper-trial --set output.pictures=true --quiet
@@ -77,7 +76,7 @@ docs-gallery:
 lint: $(DEVELOPING)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/basedpyright --threads 2
+	$(BIN)/basedpyright
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.house_rules
 	$(BIN)/python -m tests.house_sizes
@@ -88,10 +87,11 @@ $(INSTALLED): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable . --constraint constraints.txt
 	touch $@
 
-# What tests, lints and benchmarks need beside it.
-$(DEVELOPING): $(INSTALLED)
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[dev]' --constraint constraints.txt
-	touch $@
+# What tests, lints, benchmarks and the documentation need beside it.
+$(DEVELOPING): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --no-compile --editable '.[dev]' --constraint constraints.txt
+	touch $(INSTALLED) $@
 
 clean:
 	rm -rf $(VENV) docs/_build docs/gallery .pytest_cache .ruff_cache .hypothesis

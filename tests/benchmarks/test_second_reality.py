@@ -61,6 +61,7 @@ def test_a_front_between_walls_spreads_as_in_the_barenblatt_solution():
     assert lengths[1] / lengths[0] == pytest.approx(8 ** (1 / 3), rel=0.02)
 
 
+@pytest.mark.slow  # Compiles for some seconds.
 def test_an_overfilled_crack_spills_onto_the_face():
     over = poured(CAVITY, PASTE, replace(POUR, flow_mm3_s=3.0 * POUR.flow_mm3_s), numerics=COARSE)
     assert 0 < over.beside_mouth_mm3 < over.above_face_mm3

@@ -100,7 +100,7 @@ def test_a_cut_that_loses_volume_is_refused():
             return box((0, 0, 0), (4, 4, 4)), box((0, 0, 0), (1, 1, 35.99))
 
     with pytest.raises(InputError, match="cannot be cut without loss"):
-        parted(Lossy(), slotted())  # pyright: ignore[reportArgumentType]
+        parted(Lossy(), slotted())
 
 
 VOLUME_MM3 = 100.0 * 40.0 * 20.0 - SLOT_MM3

@@ -61,7 +61,7 @@ def page(saved):
         saved.append((hints, depth_mm))
         return {"file": "crack.toml"}
 
-    opened = Opened(Session(), save, {"is_new": True})  # pyright: ignore[reportArgumentType]
+    opened = Opened(Session(), save, {"is_new": True})
     with TracePage([Sheet("crack.jpg", lambda: opened, lambda: False)]) as page:
         yield page
 
@@ -146,7 +146,7 @@ def _sheet(name, done, bad=()):
     def opened():
         if name in bad:
             raise InputError(f"{name}: not a readable photo")
-        return Opened(Session(), lambda *_: done.append(name) or {"file": name}, {"here": name})  # pyright: ignore
+        return Opened(Session(), lambda *_: done.append(name) or {"file": name}, {"here": name})
 
     return Sheet(name, opened, lambda: name in done)
 
@@ -227,7 +227,7 @@ class Echo(TracePage):
     """A page that answers hello and returns the content of each request."""
 
     def __init__(self):
-        opened = Opened(Session(), dict, {})  # pyright: ignore[reportArgumentType]
+        opened = Opened(Session(), dict, {})
         super().__init__([Sheet("crack.jpg", lambda: opened, lambda: False)])
 
     def get(self, name):

@@ -46,7 +46,7 @@ def test_importing_sealtwin_or_printing_help_loads_no_heavy_library():
     assert shown.endswith("[]\n")
     assert set(st.__all__) <= set(dir(st))
     with pytest.raises(AttributeError, match="'read_foto'"):
-        st.read_foto  # noqa: B018  # pyright: ignore[reportAttributeAccessIssue]
+        st.read_foto  # noqa: B018
 
 
 @pytest.mark.parametrize("name", st.__all__)

@@ -75,7 +75,7 @@ def test_points_clicked_on_the_trace_page_are_saved_in_the_trial(trial, browser)
     assert shown["next"] == f"sealtwin run {trial}"
     photo = present(load_trial(trial).photo, "photo")
     assert photo.ends_px == tuple(tuple(end) for end in hints["ends_px"])
-    assert photo.markers == load_trial(FIXTURE / "trial.toml").photo.markers  # pyright: ignore
+    assert photo.markers == load_trial(FIXTURE / "trial.toml").photo.markers
     assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
 
 

@@ -23,7 +23,7 @@ def _square(number) -> Any:
     if number == 4:
         raise ValueError("on purpose")
     if number == 5:
-        Connection._send = _half_of_it  # pyright: ignore[reportAttributeAccessIssue]
+        Connection._send = _half_of_it
     time.sleep(0.05)
     return number**2, os.getpid(), os.environ["OMP_NUM_THREADS"]
 
@@ -105,7 +105,7 @@ def test_local_workers_open_no_port_and_can_be_stopped_during_a_task():
     _, listening = next(results)
     assert listening == set()
     began = time.monotonic()
-    results.close()  # pyright: ignore[reportAttributeAccessIssue]
+    results.close()
     assert time.monotonic() - began < 30
 
 

@@ -18,7 +18,7 @@ from tests.support.small_fluids import path, slot
 
 def _run(state, work_s, wall_s=None):
     empty = dict.fromkeys(StudyRun.__dataclass_fields__)
-    return replace(StudyRun(**empty), state=state, work_s=work_s, wall_s=wall_s)  # pyright: ignore[reportArgumentType]
+    return replace(StudyRun(**empty), state=state, work_s=work_s, wall_s=wall_s)
 
 
 def test_finished_runs_correct_the_estimated_time_of_a_study():
