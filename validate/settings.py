@@ -7,10 +7,12 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
+from sealtwin.core.errors import present
 from sealtwin.core.records import DataKind
 from sealtwin.core.run_figures import Method
 from sealtwin.core.settings import Settings
 from sealtwin.core.solid_figures import WeighedCavity
+from sealtwin.scan.settings import Placement
 
 Separator = Literal["comma", "semicolon", "tab"]
 Decimal = Literal["point", "comma"]
@@ -33,6 +35,8 @@ Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 Role = Literal["calibrated-on", "held-out", "undeclared"]
 """Use of the readings. calibrated-on: the fluid was tuned on the readings, so the error is a residual and not a test.
 held-out: the fluid was not tuned on them. Only such readings can validate."""
+OF_CALIPERS = ("resolution_mm", "rounding", "datum_error_mm")
+"""Settings of [readings] that a scan does not have."""
 SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
@@ -121,12 +125,17 @@ class Declared(Settings):
 
 
 class Readings(Declared):
-    """A sheet of caliper readings: its format, and how the readings were taken."""
+    """A sheet of caliper readings, or a scan of the sealed face, and how the readings were taken."""
 
-    file: Path
+    file: Path | None = None
     """Path of the sheet (CSV or XLSX), absolute or relative to the trial file. Its columns are s_mm and either
     level_1_mm, level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from the face), or the columns that
-    the lab writes."""
+    the lab writes. Give file or scan."""
+    scan: Path | None = None
+    """Path of a scan of the sealed face: points or triangles (PLY, STL, XYZ, CSV), or a height map (16-bit PNG or
+    TIFF). Give file or scan."""
+    placement: Placement | None = None
+    """Unit and position of the scan. Required for a scan."""
     data: DataKind
     """Origin of the readings. Only "measured" readings can validate."""
     role: Role
@@ -148,9 +157,11 @@ class Readings(Declared):
     in steps of 0.5, -12.3 becomes -12.5 or -12. Default: not declared, which reports then mention."""
     limit_mm: float | None = Field(default=None, ge=0, le=10)
     """Limit of the caliper's error, including the error of its scale: a scale that is 2 % off adds 0.2 at 10 mm.
-    Default: 0.02, as for digital calipers up to 150 mm. The error of the scale then counts as undeclared."""
+    Default: 0.02, as for digital calipers up to 150 mm. The error of the scale then counts as undeclared. For a scan:
+    the limit of the scanner's error that its noise does not show, which otherwise counts as undeclared."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
-    """Width of the tip that touches the sealant. The tip reads the highest point below it."""
+    """Width of the tip that touches the sealant. The tip reads the highest point below it. For a scan: the width of a
+    tip whose readings are given beside the level. Default for a scan: 2."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
     """Standard uncertainty of the datum's height, which is common to all readings."""
 
@@ -160,6 +171,28 @@ class Readings(Declared):
         if twice := [name for name, times in Counter(fitted or ()).items() if times > 1]:
             raise ValueError(f"{twice[0]} is listed twice: list each setting only once")
         return fitted
+
+    @property
+    def path(self) -> Path:
+        """Path of the sheet or the scan."""
+        return present(self.scan or self.file, "readings.file or readings.scan")
+
+    def at_path(self, path: Path) -> Self:
+        """Return the settings for a copy of the sheet or the scan."""
+        return self.model_copy(update={"scan" if self.scan is not None else "file": path})
+
+    @model_validator(mode="after")
+    def _of_one_kind(self) -> Self:
+        if (self.file is None) == (self.scan is None):
+            raise ValueError("give file, a sheet of caliper readings, or scan, a scan of the sealed face, but not both")
+        if (self.scan is None) != (self.placement is None):
+            raise ValueError(
+                "a scan needs the table [readings.placement] with its unit, and a sheet of caliper readings has none"
+            )
+        of_sheets = [name for name in (*Declared.model_fields, *OF_CALIPERS) if name in self.model_fields_set]
+        if self.scan is not None and of_sheets:
+            raise ValueError(f"{of_sheets[0]} belongs to a sheet of caliper readings: omit it for a scan")
+        return self
 
     @model_validator(mode="after")
     def _are_consistent(self) -> Self:

@@ -34,6 +34,7 @@ from sealtwin.core.arrays import (
 from sealtwin.core.doubts import Doubt, ReadSheet
 from sealtwin.core.facts import Fact
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
+from sealtwin.core.scan_figures import Scan
 from sealtwin.core.solid_figures import EndKind, SolidFigures, Span
 
 FACING = 0.98  # A line between the walls counts as perpendicular if it deviates by up to 11 degrees (cosine)
@@ -440,6 +441,7 @@ class Profile(HasSummary):
     questions: tuple[Doubt, ...] = ()  # Same doubts as records
     understood: ReadSheet | None = None  # Interpretation of the sheet of readings
     is_depth: bool = False  # True if the sheet measures downward from its datum
+    scan: Scan | None = None  # Scan from which the level was read. None for a sheet of caliper readings
     made_of: Origins = ()
 
     @property

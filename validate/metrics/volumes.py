@@ -362,6 +362,15 @@ def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
     return np.array(ends_mm).ravel()
 
 
+def cuts_of_cavity(solid: Solid, levels: int) -> tuple[Floats, list[list[Floats]]]:
+    """Return increasing levels from the deepest floor to the face, and the rings of the cavity at each level.
+
+    The last rings are those of the mouth.
+    """
+    levels_mm = np.linspace(-solid.depth_mm, 0.0, levels)
+    return levels_mm, [cut.to_polygons() for cut in _cuts(solid, levels_mm, _noise_mm(solid))]
+
+
 def _cuts(solid: Solid, levels_mm: Floats, noise_mm: float) -> list[CrossSection]:
     """Return the cuts of the cavity (block minus mesh), from just above the deepest floor to just below the face."""
     x_min, y_min, x_max, y_max = solid.block_mm

@@ -1,0 +1,64 @@
+"""A scan of the sealed face as readings: its fit to the sample, levels, volumes, and heights along the crack."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import with_config
+
+from sealtwin.core.arrays import FROM_JSON, Floats
+from sealtwin.core.solid_figures import Span
+
+
+@with_config(FROM_JSON)
+@dataclass(frozen=True)
+class ScanFigures:
+    """Figures of a scan in the frame of the sample. Heights and volumes are relative to the plane of the face."""
+
+    points: int
+    """Number of points of the scan."""
+    placed_by: Literal["points", "mouth"]
+    """How its position along the face was determined: by named points, or by the crack's mouth."""
+    residual_mm: float
+    """RMS distance of the uncracked face from its plane."""
+    coverage: float
+    """Fraction of the uncracked face around the crack that was scanned."""
+    tilt_deg: float
+    """Angle by which the scan was tilted to make the face horizontal."""
+    agreement: float | None
+    """Correlation of the hollow or heap in the scan with the crack's mouth, at most 1. None if neither is visible."""
+    points_off_mm: float | None
+    """RMS distance of the named points from their places. None without named points."""
+    along_sd_mm: float
+    """Standard uncertainty of the position along the face."""
+    cell_mm: float
+    """Side of the square cells in which heights are medians of points."""
+    holes_mm: tuple[Span, ...]
+    """Stretches of the crack without enough points for a level."""
+    mean_level_mm: float
+    """Mean of the level over the stations."""
+    mean_level_95_mm: float
+    """Half-width of the 95 % interval of the mean level."""
+    tip_mm: float
+    """Width of the caliper's tip that ``tip_higher_mm`` assumes."""
+    tip_higher_mm: float
+    """Mean difference between the reading of a caliper in the middle of the crack and the level."""
+    over_face_mm3: float
+    """Volume of sealant above the face, over the mouth and beside it."""
+    over_face_95_mm3: float
+    """Half-width of the 95 % interval of the volume above the face."""
+    under_face_mm3: float
+    """Volume in the mouth between the face and the scanned surface below it."""
+    under_face_95_mm3: float
+    """Half-width of the 95 % interval of the volume below the face."""
+
+
+@dataclass(frozen=True)
+class Scan:
+    """Heights of a scan along the crack, and the errors of its levels."""
+
+    figures: ScanFigures
+    s_mm: Floats  # Positions along the crack, (k,)
+    across_mm: Floats  # Distances to the left of the centreline, (m,)
+    height_mm: Floats  # Heights above the face, NaN in holes, (m, k)
+    covariance_mm2: Floats  # Of the errors of the levels at the stations, (n, n)
+    tip_level_mm: Floats  # Levels that a caliper would read in the middle of the crack, (n,)

@@ -1,0 +1,180 @@
+"""Search the position of a crack in a levelled scan: where its hollow or heap agrees best with the mouth."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.optimize import minimize
+
+from sealtwin.core.arc_length import arc_length, arc_length_at
+from sealtwin.core.arrays import Floats
+from sealtwin.scan.height_map import MAD, HeightMap
+
+STEP_DEG = 3.0
+AROUND_MM = 8.0  # Width of the face around the mouth that takes part in the agreement
+CELLS_MM = 0.4, 1.0  # Smallest and largest cell of the search
+ACROSS = 3.0  # Number of the search's cells across the mouth
+NOISE_SD = 2.0, 6.0  # Heights below the first are flat and above the second hollow or heap, in standard deviations
+LEAST_MM = 0.15  # Smallest height of a hollow or heap
+ALIKE_DEG = 20.0  # Poses closer than this belong to one position
+PARTS = 5  # Number of stretches of the crack whose own positions show the uncertainty of the common one
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Motion along the face: a turn about the origin, then a shift."""
+
+    turn_deg: float
+    x_mm: float
+    y_mm: float
+
+    def apply(self, points_mm: Floats) -> Floats:
+        """Return points, (n, 2) or (n, 3), moved by this pose."""
+        turned = points_mm.copy()
+        turned[:, :2] = points_mm[:, :2] @ _turn(self.turn_deg).T + [self.x_mm, self.y_mm]
+        return turned
+
+    def back(self, points_mm: Floats) -> Floats:
+        """Return points, (n, 2), before this pose was applied."""
+        return (points_mm - [self.x_mm, self.y_mm]) @ _turn(self.turn_deg)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    pose: Pose
+    agreement: float
+
+
+def _turn(angle_deg: float) -> Floats:
+    cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
+@dataclass(frozen=True, eq=False)
+class MouthSearch:
+    """The hollows and heaps of a scan as a picture, and the mouth as a template."""
+
+    map: HeightMap
+    rings_mm: tuple[Floats, ...]
+    samples_mm: Floats  # Places in and around the mouth, (n, 2)
+    template: Floats  # 1 in the mouth and 0 around it, (n,)
+
+    @classmethod
+    def of(cls, points_mm: Floats, rings_mm: Sequence[Floats], width_mm: float) -> "MouthSearch":
+        low_mm, high_mm = (np.quantile(points_mm[:, :2], share, axis=0) for share in (0.001, 0.999))
+        cell_mm = float(np.clip(width_mm / ACROSS, *CELLS_MM))
+        per_cell = len(points_mm) * cell_mm**2 / max(float(np.prod(high_mm - low_mm)), cell_mm**2)
+        cell_mm *= max(1.0, float(np.sqrt(1.0 / per_cell)))
+        heights = HeightMap.of(points_mm, low_mm, high_mm, cell_mm)
+        corners = np.vstack(rings_mm)
+        grid = HeightMap(
+            corners.min(axis=0) - AROUND_MM,
+            cell_mm,
+            np.zeros(np.ceil((np.ptp(corners, axis=0)[::-1] + 2 * AROUND_MM) / cell_mm).astype(int)),
+        )
+        mouth = grid.inside(rings_mm)
+        near = grid.away_mm(mouth) <= AROUND_MM
+        x_mm, y_mm = np.meshgrid(*grid.middles_mm)
+        return cls(heights, tuple(rings_mm), np.column_stack([x_mm[near], y_mm[near]]), mouth[near].astype(float))
+
+    @cached_property
+    def _picture(self) -> Floats:
+        """Hollows and heaps as 1, the flat face and unseen cells as 0, (rows, columns)."""
+        height_mm = np.abs(self.map.height_mm)
+        noise_mm = MAD * float(np.nanmedian(height_mm))
+        low_mm, high_mm = (max(share * noise_mm, LEAST_MM * share / NOISE_SD[1]) for share in NOISE_SD)
+        return np.nan_to_num(np.clip((height_mm - low_mm) / (high_mm - low_mm), 0.0, 1.0))
+
+    @cached_property
+    def _smooth(self) -> Floats:
+        return gaussian_filter(self._picture, 0.7)
+
+    @cached_property
+    def _candidates(self) -> dict[bool, list[Candidate]]:
+        return {mirrored: self._searched(mirrored) for mirrored in (False, True)}
+
+    def _searched(self, mirrored: bool) -> list[Candidate]:
+        """Return the best shift for each turn."""
+        cell_mm, candidates = self.map.cell_mm, list[Candidate]()
+        picture = (self._picture[:, ::-1] if mirrored else self._picture).astype(np.float32)
+        width_mm = picture.shape[1] * cell_mm
+        corner_mm = (
+            np.array([-self.map.corner_mm[0] - width_mm, self.map.corner_mm[1]]) if mirrored else (self.map.corner_mm)
+        )
+        for turn_deg in np.arange(-180.0, 180.0, STEP_DEG).tolist():
+            back = _turn(turn_deg)
+            samples = self.samples_mm @ back  # Places of the template before the scan's turn
+            low = samples.min(axis=0)
+            at = np.rint((samples - low) / cell_mm).astype(int)
+            shape = at.max(axis=0)[::-1] + 1
+            template, mask = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+            template[at[:, 1], at[:, 0]], mask[at[:, 1], at[:, 0]] = self.template, 1.0
+            pad = (np.array(shape) // 2).tolist()
+            padded = np.pad(picture, ((pad[0], pad[0]), (pad[1], pad[1])))
+            if (np.array(padded.shape) < shape).any():
+                continue
+            scores = cv2.matchTemplate(padded, template, cv2.TM_CCOEFF_NORMED, mask=mask)
+            scores[~np.isfinite(scores)] = -1.0
+            row, column = np.unravel_index(int(scores.argmax()), scores.shape)
+            place = corner_mm + cell_mm * (np.array([column - pad[1], row - pad[0]]) + 0.5)
+            shift = (low - place) @ back.T
+            candidates.append(Candidate(Pose(turn_deg, *shift.tolist()), float(scores[row, column])))
+        return candidates
+
+    def best(self, *, mirrored: bool, without_deg: float | None = None) -> Candidate:
+        """Return the best position, of those turned by at least ``ALIKE_DEG`` from an angle if one is given."""
+        candidates = self._candidates[mirrored]
+        if without_deg is not None:
+            apart = [abs((entry.pose.turn_deg - without_deg + 180) % 360 - 180) for entry in candidates]
+            candidates = [entry for entry, angle in zip(candidates, apart, strict=True) if angle >= ALIKE_DEG]
+        return max(candidates, key=lambda entry: entry.agreement, default=Candidate(Pose(0.0, 0.0, 0.0), -1.0))
+
+    def agreement(self, pose: Pose, part: slice | Floats = slice(None)) -> float:
+        """Return the correlation of the scan's hollows and heaps with the mouth, -1 to 1."""
+        places = (pose.back(self.samples_mm[part]) - self.map.corner_mm) / self.map.cell_mm - 0.5
+        seen = map_coordinates(self._smooth, places.T[::-1], order=1, mode="constant")
+        template = self.template[part]
+        if np.ptp(seen) < 1e-9 or np.ptp(template) == 0:
+            return 0.0
+        return float(np.corrcoef(seen, template)[0, 1])
+
+    def refined(self, pose: Pose) -> Pose:
+        """Return the pose near ``pose`` with the largest agreement. It turns about the middle of the mouth."""
+        middle = self.samples_mm.mean(axis=0)
+        cell_mm = self.map.cell_mm
+
+        def moved(change: Floats) -> Pose:
+            turn_deg = pose.turn_deg + float(change[0])
+            at = pose.back(middle[None])[0]
+            goal = middle + change[1:]
+            return Pose(turn_deg, *(goal - _turn(turn_deg) @ at).tolist())
+
+        sides = np.array([[0, 0, 0], [STEP_DEG, 0, 0], [0, 2 * cell_mm, 0], [0, 0, 2 * cell_mm]], dtype=float)
+        options = {"initial_simplex": sides, "xatol": 1e-3, "fatol": 1e-6, "maxiter": 300}
+        answer = minimize(
+            lambda change: -self.agreement(moved(change)), np.zeros(3), method="Nelder-Mead", options=options
+        )
+        return moved(answer.x)
+
+    def shift_sd_mm(self, pose: Pose, centreline_mm: Floats) -> float:
+        """Return the standard uncertainty of the position, from the own positions of stretches of the crack."""
+        ends_mm = np.linspace(0.0, arc_length(centreline_mm)[-1], PARTS + 1)
+        s_mm = arc_length_at(self.samples_mm, centreline_mm)
+        shifts = []
+        for low_mm, high_mm in zip(ends_mm, ends_mm[1:], strict=False):
+            part = np.flatnonzero((s_mm >= low_mm) & (s_mm < high_mm))
+            if len(part) < 20:
+                continue
+
+            def off(change: Floats, part: Floats = part) -> float:
+                return -self.agreement(Pose(pose.turn_deg, pose.x_mm + change[0], pose.y_mm + change[1]), part)
+
+            sides = self.map.cell_mm * np.array([[0, 0], [1.5, 0], [0, 1.5]])
+            options = {"initial_simplex": sides, "xatol": 1e-2, "fatol": 1e-5, "maxiter": 100}
+            shifts.append(minimize(off, np.zeros(2), method="Nelder-Mead", options=options).x)
+        if len(shifts) < 2:
+            return self.map.cell_mm
+        return float(np.sqrt(np.var(shifts, axis=0, ddof=1).sum() / len(shifts)))

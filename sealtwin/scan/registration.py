@@ -1,0 +1,343 @@
+"""Bring a scan into the frame of the sample: a rigid motion by named points, or by the face and the crack's mouth.
+
+Whichever gives the position along the face, the height and the tilt follow from the uncracked face alone.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, permutations
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sealtwin.core.arrays import Booleans, Floats
+from sealtwin.core.errors import InputError
+from sealtwin.scan.height_map import MAD, HeightMap
+from sealtwin.scan.mouth_search import MouthSearch, Pose
+from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
+
+PlacedBy = Literal["points", "mouth"]
+
+MOST_TILT_DEG = 30.0  # Largest angle between the upward axis and the face's normal, and between the axes along the face
+MARGIN_MM = 15.0  # The face is judged up to this distance from the mouth
+BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges may be broken or covered
+FEWEST_OF_FACE = 0.4  # Smallest share of the face around the crack that a scan must show
+SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the extent of the crack
+SCALE_OFF = 0.05  # Largest relative difference of the distances between named points in scan and sample
+APART_MM = 5.0  # Smallest spread of named points across their longest line
+POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
+TRIED = 6  # Number of named points up to which all orders are tried
+LEAST_AGREEMENT = 0.5
+"""Smallest correlation of the scan's hollow or heap with the mouth. Wrong positions of random cracks reach 0.4."""
+SURER = 0.08  # A position is certain if its agreement exceeds that of every other by this difference
+SAMPLED, PLANES, OF_FACE = 40_000, 400, 0.4  # Points and planes of the first fit, and the smallest share on the face
+BLOCKS_MM = (3.0, 6.0, 12.0)  # Sides of the blocks whose means show how far errors of neighbours agree
+
+
+@dataclass(frozen=True)
+class Target:
+    """Crack of the sample that a scan is brought to, in the sample's frame."""
+
+    rings_mm: tuple[Floats, ...]  # The mouth: outer rings and holes
+    centreline_mm: Floats  # (n, 2)
+    width_mm: float
+    face_mm: tuple[float, float, float, float] | None  # x_min, y_min, x_max, y_max
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A scan in the frame of the sample, and how well it fits."""
+
+    heights: HeightMap
+    face: Booleans  # Cells of the uncracked face around the mouth, (rows, columns), scanned or not
+    placed_by: PlacedBy
+    points: int  # Number of points of the scan
+    residual_mm: float  # RMS height of the face's cells
+    coverage: float  # Share of the face around the crack that was scanned
+    tilt_deg: float  # Angle by which the scan was tilted
+    agreement: float | None  # Correlation of the hollow or heap with the mouth. None if none is visible
+    points_off_mm: float | None  # RMS distance of the named points from their places. None without
+    along_sd_mm: float  # Standard uncertainty of the position along the face
+    plane_covariance: Floats  # Of height, slope along x and slope along y, about ``centre_mm``, (3, 3)
+    centre_mm: Floats  # (2,)
+
+
+def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -> Placed:
+    """Bring the points of a scan, (n, 3), into the frame of the sample.
+
+    Raises InputError, with the figure and the cause, if the scan does not fit: another unit, mirrored, exchanged
+    points, no visible crack, two equally good positions, or too little of the face.
+    """
+    upright = Rotation.from_euler("xyz", [*UPRIGHT_DEG[placement.up], 0], degrees=True)
+    points_mm = points_mm @ upright.as_matrix().T
+    if placement.points:
+        scale = MM[placement.units] if placement.units else 1.0
+        named_mm = upright.apply(scale * np.array([point.scan for point in placement.points]))
+        rigid, off_mm = _by_points(named_mm, placement.points, path)
+        points_mm = points_mm @ rigid[:, :3].T + rigid[:, 3]
+    else:
+        off_mm = None
+    _require_unit(points_mm, placement, target, path)
+    levelled_mm, tilt_deg = _on_the_face(points_mm, path)
+    search = MouthSearch.of(levelled_mm, target.rings_mm, target.width_mm)
+    if placement.points:
+        pose, along_sd_mm = Pose(0.0, 0.0, 0.0), (off_mm or 0.0) / np.sqrt(len(placement.points))
+        agreement = _agreement_of_points(search, path)
+    else:
+        pose, agreement = _by_mouth(search, path)
+        along_sd_mm = search.shift_sd_mm(pose, target.centreline_mm)
+    moved_mm = pose.apply(levelled_mm)
+    heights = _mapped(moved_mm, target)
+    face = _face_around(heights, target)
+    coverage = float((face & heights.known).sum() / max(face.sum(), 1))
+    if coverage < FEWEST_OF_FACE:
+        raise InputError(
+            f"{path}: shows {coverage:.0%} of the face up to {MARGIN_MM:g} mm beside the crack, but at least "
+            f"{FEWEST_OF_FACE:.0%} are needed for the height of the face. Scan the face on both sides of the crack."
+        )
+    heights, covariance, residual_mm, slope_deg, centre_mm = _levelled_on_face(heights, face)
+    return Placed(
+        heights,
+        face,
+        "points" if placement.points else "mouth",
+        len(points_mm),
+        residual_mm,
+        coverage,
+        float(np.hypot(tilt_deg, slope_deg)),
+        agreement,
+        off_mm,
+        float(along_sd_mm),
+        covariance,
+        centre_mm,
+    )
+
+
+def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tuple[Floats, float]:
+    """Return the motion, (3, 4), that brings named points to their places, and the RMS distance that is left."""
+    places_mm = np.array([(*point.sample_mm, 0.0) for point in points])
+    spread_mm = np.linalg.svd(places_mm - places_mm.mean(axis=0), compute_uv=False)[1]
+    if spread_mm < APART_MM:
+        raise InputError(
+            f"{path}: the named points are almost on one line ({spread_mm:.1f} mm across), so the scan could turn about "
+            "it. Add a point beside the line."
+        )
+    scale = _size(named_mm) / _size(places_mm)
+    if abs(scale - 1) > SCALE_OFF:
+        units = {
+            name: mm for name, mm in MM.items() if abs(scale * mm - 1) < SCALE_OFF or abs(scale / mm - 1) < SCALE_OFF
+        }
+        cause = f" The unit is wrong: a factor of {1 / scale:.4g}." if units or scale < 0.2 or scale > 5 else ""
+        raise InputError(
+            f"{path}: the named points are {scale:.4g} times as far apart in the scan as on the sample.{cause} Correct "
+            "readings.placement.units, or the coordinates."
+        )
+    rigid, off_mm = _fitted(named_mm, places_mm)
+    names = [point.name for point in points]
+    if off_mm <= POINT_OFF_MM and rigid[2, 2] > 0:
+        return rigid, off_mm
+    # Exchanged points keep the scan's upper side up. A mirrored scan fits only with its upper side down.
+    others = [(order, *_fitted(named_mm[list(order)], places_mm)) for order in _orders(len(points))]
+    upward = [(order, left_mm) for order, moved, left_mm in others if left_mm <= POINT_OFF_MM and moved[2, 2] > 0]
+    if off_mm > POINT_OFF_MM:
+        cause = "Correct their coordinates."
+        if upward:
+            order = min(upward, key=lambda entry: entry[1])[0]
+            wrong = [name for index, name in enumerate(names) if order[index] != index]
+            cause = f"Points are exchanged: without {' and '.join(wrong)} in each other's place they agree."
+        raise InputError(f"{path}: the named points are {off_mm:.1f} mm (RMS) from their places. {cause}")
+    exchanged = " or two points are exchanged" if upward else ""
+    raise InputError(
+        f"{path}: the named points agree to {off_mm:.2f} mm only if the scan is turned upside down. The scan is mirrored"
+        f"{exchanged}, or its upward axis is not readings.placement.up."
+    )
+
+
+def _size(points_mm: Floats) -> float:
+    return float(np.sqrt(((points_mm - points_mm.mean(axis=0)) ** 2).sum()))
+
+
+def _orders(count: int) -> Iterator[tuple[int, ...]]:
+    """Yield other orders of points: all, or for many points those with two points exchanged."""
+    if count <= TRIED:
+        yield from permutations(range(count))
+        return
+    for one, other in combinations(range(count), 2):
+        order = list(range(count))
+        order[one], order[other] = other, one
+        yield tuple(order)
+
+
+def _fitted(named_mm: Floats, places_mm: Floats) -> tuple[Floats, float]:
+    """Return the rigid motion, (3, 4), with the smallest squared distances, and the RMS distance (Kabsch 1976)."""
+    middle, goal = named_mm.mean(axis=0), places_mm.mean(axis=0)
+    turn, distance = Rotation.align_vectors(places_mm - goal, named_mm - middle)
+    matrix = turn.as_matrix()
+    return np.column_stack([matrix, goal - matrix @ middle]), float(distance / np.sqrt(len(named_mm)))
+
+
+def _require_unit(points_mm: Floats, placement: Placement, target: Target, path: Path) -> None:
+    """Raise InputError if the scan is so small or large that its unit must be wrong."""
+    crack_mm = float(np.ptp(target.centreline_mm, axis=0).max())
+    low, high = np.quantile(points_mm, [0.01, 0.99], axis=0)
+    span_mm = float((high - low).max())
+    if SPANS[0] * crack_mm <= span_mm <= SPANS[1] * crack_mm:
+        return
+    declared = MM[placement.units] if placement.units else 1.0
+    likely = [name for name, mm in MM.items() if 0.9 * crack_mm <= span_mm * mm / declared <= 6 * crack_mm]
+    cause = f'It seems to be in {likely[0]}: set readings.placement.units = "{likely[0]}".' if likely else ""
+    raise InputError(
+        f"{path}: the scan is {span_mm:.4g} mm long, but the crack {crack_mm:.4g} mm. "
+        f"{cause or 'Crop the scan to the face, or correct its unit.'}"
+    )
+
+
+def _on_the_face(points_mm: Floats, path: Path) -> tuple[Floats, float]:
+    """Return the points with the face's plane at z = 0, and the angle by which they were turned.
+
+    The plane has the smallest 40 % quantile of distances (least quantile of squares, Rousseeuw & Leroy 1987).
+    """
+    random = np.random.default_rng(0)
+    some = points_mm[random.choice(len(points_mm), min(SAMPLED, len(points_mm)), replace=False)]
+    corners = some[random.integers(len(some), size=(PLANES, 3))]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    usable = np.abs(normals[:, 2]) > np.cos(np.radians(MOST_TILT_DEG)) * np.maximum(lengths, 1e-12)
+    if not usable.any():
+        raise InputError(
+            f"{path}: no plane within {MOST_TILT_DEG:g} degrees of the upward axis: set readings.placement.up to the "
+            "axis that points out of the face."
+        )
+    normals, corners = normals[usable], corners[usable]
+    normals *= np.sign(normals[:, 2:]) / np.linalg.norm(normals, axis=1)[:, None]
+    few = some[:4000]
+    away = np.abs(few @ normals.T - (normals * corners[:, 0]).sum(axis=1))
+    best = int(np.quantile(away, OF_FACE, axis=0).argmin())
+    normal, height = normals[best], float(normals[best] @ corners[best, 0])
+    spread = np.quantile(away[:, best], OF_FACE) * 1.9  # 40 % of a normal distribution are within 0.524 sd
+    for _ in range(4):
+        off = some @ normal - height
+        near = some[np.abs(off) < max(3 * spread, 1e-6)]
+        middle = near.mean(axis=0)
+        normal = np.linalg.svd(near - middle, full_matrices=False)[2][2]
+        normal = normal * np.sign(normal[2])
+        height = float(normal @ middle)
+        spread = MAD * float(np.median(np.abs(near @ normal - height)))
+    turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])
+    levelled = points_mm @ turn.as_matrix().T
+    return levelled - [0.0, 0.0, height], float(np.degrees(turn.magnitude()))
+
+
+def _agreement_of_points(search: MouthSearch, path: Path) -> float | None:
+    """Return how far the mouth agrees with the position by named points. None if no crack is visible.
+
+    Raises InputError if another position agrees clearly better.
+    """
+    placed, best = search.agreement(Pose(0.0, 0.0, 0.0)), search.best(mirrored=False)
+    mirrored = search.best(mirrored=True)
+    if max(best.agreement, mirrored.agreement) < LEAST_AGREEMENT:
+        return None
+    if placed < mirrored.agreement - 2 * SURER and best.agreement < mirrored.agreement - SURER:
+        raise InputError(_mirrored(path, placed, mirrored.agreement))
+    if placed < best.agreement - 2 * SURER:
+        turn_deg = best.pose.turn_deg
+        raise InputError(
+            f"{path}: at the named points the crack agrees with the mouth only to {placed:.2f}, but turned by "
+            f"{turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are exchanged, or name other places."
+        )
+    return placed
+
+
+def _mirrored(path: Path, straight: float, mirrored: float) -> str:
+    return (
+        f"{path}: the scan is mirrored: the crack agrees with the mouth to {straight:.2f}, but mirrored to "
+        f"{mirrored:.2f} of 1. Export it without mirroring, and with right-handed axes."
+    )
+
+
+def _by_mouth(search: MouthSearch, path: Path) -> tuple[Pose, float]:
+    """Return the position at which the hollow or heap of the scan agrees best with the mouth, and the correlation."""
+    best, mirrored = search.best(mirrored=False), search.best(mirrored=True)
+    remedy = "Give at least three named points in readings.placement.points."
+    if max(best.agreement, mirrored.agreement) < LEAST_AGREEMENT:
+        raise InputError(
+            f"{path}: the crack is not found in the scan: its best agreement with the mouth is {best.agreement:.2f}, "
+            f"but {LEAST_AGREEMENT:g} of 1 are needed. The sealant may be level with the face. {remedy}"
+        )
+    if mirrored.agreement > best.agreement + SURER:
+        raise InputError(_mirrored(path, best.agreement, mirrored.agreement))
+    if abs(best.pose.turn_deg) > MOST_TILT_DEG:
+        raise InputError(
+            f"{path}: the crack agrees with the mouth if the scan is turned by {best.pose.turn_deg:.0f} degrees, but at "
+            f"most {MOST_TILT_DEG:g} are allowed without named points. Turn the scan, or name points."
+        )
+    second = search.best(mirrored=False, without_deg=best.pose.turn_deg)
+    if second.agreement > best.agreement - SURER:
+        raise InputError(
+            f"{path}: the crack agrees with the mouth to {best.agreement:.2f}, and turned by "
+            f"{second.pose.turn_deg:.0f} degrees to {second.agreement:.2f} of 1, so its position is uncertain. {remedy}"
+        )
+    pose = search.refined(best.pose)
+    return pose, search.agreement(pose)
+
+
+def _mapped(points_mm: Floats, target: Target) -> HeightMap:
+    """Return the heights around the crack, in cells of two points on average."""
+    rings_mm = np.vstack(target.rings_mm)
+    low_mm, high_mm = rings_mm.min(axis=0) - MARGIN_MM, rings_mm.max(axis=0) + MARGIN_MM
+    near = ((points_mm[:, :2] >= low_mm) & (points_mm[:, :2] <= high_mm)).all(axis=1)
+    coarse = HeightMap.of(points_mm[near], low_mm, high_mm, 1.0)
+    per_mm2 = near.sum() / max(int(coarse.known.sum()), 1)
+    cell_mm = float(np.clip(np.sqrt(2.0 / max(per_mm2, 0.05)), 0.15, max(target.width_mm / 4, 0.15)))
+    return HeightMap.of(points_mm[near], low_mm, high_mm, cell_mm)
+
+
+def _face_around(heights: HeightMap, target: Target) -> Booleans:
+    """Return the cells of the uncracked face up to ``MARGIN_MM`` beside the mouth, (rows, columns)."""
+    away_mm = heights.away_mm(heights.inside(target.rings_mm))
+    face = (away_mm > BESIDE_MM) & (away_mm < MARGIN_MM)
+    if target.face_mm is not None:
+        x_min, y_min, x_max, y_max = target.face_mm
+        x_mm, y_mm = heights.middles_mm
+        face &= ((x_mm > x_min + 1) & (x_mm < x_max - 1)) & ((y_mm > y_min + 1) & (y_mm < y_max - 1))[:, None]
+    return face
+
+
+def _levelled_on_face(heights: HeightMap, face: Booleans) -> tuple[HeightMap, Floats, float, float, Floats]:
+    """Return the heights above the plane of the face's cells, and the covariance of the plane.
+
+    Cells with sealant or dirt are left out. Neighbouring cells share errors, so the covariance follows from the means
+    of blocks, of the size at which it is largest.
+    """
+    x_mm, y_mm = (grid.astype(float) for grid in np.meshgrid(*heights.middles_mm))
+    used = face & heights.known
+    centre_mm = np.array([x_mm[used].mean(), y_mm[used].mean()])
+    design = np.stack([np.ones_like(x_mm), x_mm - centre_mm[0], y_mm - centre_mm[1]], axis=-1)
+    plane, off_mm = np.zeros(3), heights.height_mm
+    for _ in range(5):
+        off_mm = heights.height_mm - design @ plane
+        middle_mm = float(np.median(off_mm[used]))
+        spread_mm = MAD * float(np.median(np.abs(off_mm[used] - middle_mm)))
+        kept = used & (np.abs(off_mm - middle_mm) <= max(3 * spread_mm, 1e-6))
+        plane = np.linalg.lstsq(design[kept], heights.height_mm[kept], rcond=None)[0]
+    off_mm = heights.height_mm - design @ plane
+    kept = used & (np.abs(off_mm) <= max(3 * spread_mm, 1e-6))
+    covariance = max(
+        (_plane_covariance(off_mm, design, kept, heights.cell_mm, side) for side in BLOCKS_MM), key=np.trace
+    )
+    residual_mm = float(np.sqrt(np.mean(off_mm[kept] ** 2)))
+    slope_deg = float(np.degrees(np.arctan(np.hypot(*plane[1:]))))
+    return replace(heights, height_mm=off_mm), covariance, residual_mm, slope_deg, centre_mm
+
+
+def _plane_covariance(off_mm: Floats, design: Floats, kept: Booleans, cell_mm: float, side_mm: float) -> Floats:
+    row, column = np.nonzero(kept)
+    step = max(int(round(side_mm / cell_mm)), 1)
+    _, block, count = np.unique((row // step) * 100_000 + column // step, return_inverse=True, return_counts=True)
+    means_mm = np.bincount(block, off_mm[kept]) / count
+    rows = np.stack([np.bincount(block, design[kept][:, k]) / count for k in range(3)], axis=1)
+    weight = count / count.max()
+    information = (rows * weight[:, None]).T @ rows
+    variance_mm2 = float((weight * means_mm**2).sum() / max(len(count) - 3, 1))
+    return variance_mm2 * np.linalg.pinv(information)

@@ -1,0 +1,60 @@
+"""Settings that bring a scan into the frame of the sample: its unit, its upward axis, and named points."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from sealtwin.core.settings import Settings
+
+ScanUnit = Literal["mm", "cm", "m", "inch"]
+MM: dict[ScanUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
+FEWEST_POINTS, MOST_POINTS = 3, 20
+
+
+class NamedPoint(Settings):
+    """A point that is seen in the scan and on the sample, such as a corner of the face or the centre of a marker."""
+
+    name: Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^\x00-\x1f\x7f]+$")]
+    """Name of the point in messages."""
+    scan: tuple[Coordinate, Coordinate, Coordinate]
+    """Its coordinates x, y and z in the scan, in the unit of the scan."""
+    sample_mm: tuple[Coordinate, Coordinate]
+    """Its coordinates x and y on the sample's face in mm: x to the right and y up in the photo, from the lower left
+    corner of the face."""
+
+
+class Placement(Settings):
+    """Unit and position of a scan."""
+
+    units: ScanUnit | None = None
+    """Unit of the file's numbers, which no format states. Required for points and triangles."""
+    step_mm: float | None = Field(default=None, ge=0.001, le=10)
+    """Distance between the centres of neighbouring pixels of a height map in mm. Required for a height map."""
+    count_mm: float | None = Field(default=None, ge=1e-6, le=1)
+    """Height in mm of one count of a height map. Required for a height map, in which 0 means no height."""
+    up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
+    """Axis of the scan that points out of the face, up to 30 degrees."""
+    points: Annotated[tuple[NamedPoint, ...], Field(max_length=MOST_POINTS)] = ()
+    """At least three points whose coordinates are known in the scan and on the face. Default: the position is found by
+    the face's plane and the crack's mouth. The scan's axes must then agree with the photo's up to 30 degrees."""
+
+    @model_validator(mode="after")
+    def _can_place(self) -> Self:
+        names = [point.name for point in self.points]
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise ValueError(f'two points have the name "{twice[0]}": give each its own name')
+        if 0 < len(names) < FEWEST_POINTS:
+            raise ValueError(f"points has {len(names)} of at least {FEWEST_POINTS} points: add points, or omit points")
+        return self
+
+
+UPRIGHT_DEG = {
+    "z": (0, 0),
+    "-z": (180, 0),
+    "y": (90, 0),
+    "-y": (-90, 0),
+    "x": (-90, -90),
+    "-x": (0, 90),
+}
+"""Rotations about x, then y, after which the axis that points out of the face is z."""
