@@ -69,8 +69,8 @@ def read_points(path: Path, placement: Placement) -> Floats:
     away_mm = float(np.abs(np.median(points_mm, axis=0)).max())
     if away_mm > FARTHEST_MM:
         raise InputError(
-            f"{path}: the points are {away_mm:,.0f} mm from the origin of the scan, where saved numbers lose their last "
-            f"digits; at most {FARTHEST_MM:,.0f} mm are allowed. Subtract the global offset, and export the scan again."
+            f"{path}: the points are {away_mm:,.0f} mm from the origin of the scan, where numbers lose their last "
+            f"digits; at most {FARTHEST_MM:,.0f} mm are allowed. Subtract the offset, and export the scan again."
         )
     return points_mm
 
@@ -109,8 +109,7 @@ def _on_triangles(path: Path, mm: float) -> Floats:
 
     surface = trimesh.Trimesh(mm * mesh.vertices, mesh.faces, process=False)
     count = int(np.clip(PER_MM2 * surface.area, 10_000, MAX_POINTS))
-    points_mm, _ = trimesh.sample.sample_surface(surface, count, seed=0)
-    return np.asarray(points_mm, dtype=float)
+    return np.asarray(trimesh.sample.sample_surface(surface, count, seed=0)[0], dtype=float)
 
 
 def _of_ply(content: bytes) -> Floats:
@@ -147,10 +146,7 @@ def _of_text(content: bytes) -> Floats:
     columns = _columns(lines[begin - 1], lines[begin]) if begin else (0, 1, 2)
     _refuse_too_many(content.count(b"\n") - begin, "lines")
     separator = next((mark for mark in (",", ";") if mark.encode() in lines[begin]), None)
-    table = np.loadtxt(
-        io.BytesIO(content), delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2
-    )
-    return table
+    return np.loadtxt(io.BytesIO(content), delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2)
 
 
 def _columns(header: bytes, line: bytes) -> tuple[int, ...]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter, label, uniform_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter, uniform_filter
+from skimage.measure import label
 
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.arrays import unit
@@ -176,7 +177,7 @@ class _Surface:
         spread_mm = float(np.sqrt(np.median(smooth_mm[face] ** 2)) * 1.4826)
         beside = (smooth_mm > max(RAISED_SD * spread_mm, RAISED_MM)) & (heights.away_mm(self.mouth) < BESIDE_MM)
         over_mouth = self.mouth & (smooth_mm > 0)
-        parts, _ = label(over_mouth | (beside & ~self.mouth))
+        parts = np.asarray(label(over_mouth | (beside & ~self.mouth)))
         touching = np.unique(parts[over_mouth])
         over = np.isin(parts, touching[touching > 0])
         under = self.mouth & (smooth_mm <= 0)
