@@ -146,7 +146,10 @@ def _of_text(content: bytes) -> Floats:
     columns = _columns(lines[begin - 1], lines[begin]) if begin else (0, 1, 2)
     _refuse_too_many(content.count(b"\n") - begin, "lines")
     separator = next((mark for mark in (",", ";") if mark.encode() in lines[begin]), None)
-    return np.loadtxt(io.BytesIO(content), delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2)
+    lines = io.BytesIO(content)
+    return np.asarray(
+        np.loadtxt(lines, delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2), dtype=float
+    )
 
 
 def _columns(header: bytes, line: bytes) -> tuple[int, ...]:

@@ -157,8 +157,10 @@ class _Surface:
         face = face & (np.abs(np.nan_to_num(heights.height_mm, nan=np.inf)) < limit_mm)
         along = max(round(STATION_MM / heights.cell_mm), 1)
         size = max(round(width_mm / heights.cell_mm), 1), along
-        share = uniform_filter(face.astype(float), size, mode="constant")
-        mean_mm = uniform_filter(np.where(face, heights.height_mm, 0.0), size, mode="constant")
+        # SciPy's types lack one size for each axis.
+        share = uniform_filter(face.astype(float), size, mode="constant")  # pyright: ignore[reportArgumentType]
+        face_mm = np.where(face, heights.height_mm, 0.0)
+        mean_mm = uniform_filter(face_mm, size, mode="constant")  # pyright: ignore[reportArgumentType]
         whole = share > 0.6
         patch_mm = np.where(whole, mean_mm / np.maximum(share, 1e-9), np.nan)
         lags_mm2 = []
