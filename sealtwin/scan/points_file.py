@@ -147,9 +147,7 @@ def _of_text(content: bytes) -> Floats:
     _refuse_too_many(content.count(b"\n") - begin, "lines")
     separator = next((mark for mark in (",", ";") if mark.encode() in lines[begin]), None)
     lines = io.BytesIO(content)
-    return np.asarray(
-        np.loadtxt(lines, delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2), dtype=float
-    )
+    return np.loadtxt(lines, delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2)
 
 
 def _columns(header: bytes, line: bytes) -> tuple[int, ...]:
@@ -173,5 +171,6 @@ def _of_map(content: bytes, placement: Placement) -> Floats:
             raise UnreadableError(f"its pixels are {picture.mode}, but a height map has one channel with 16 bits")
         counts = np.asarray(picture, dtype=np.uint16)
     row, column = np.nonzero(counts)
+    points = np.column_stack([column, len(counts) - 1 - row, counts[row, column]]).astype(np.float64)
     step_mm, count_mm = placement.step_mm or 0.0, placement.count_mm or 0.0
-    return np.column_stack([column * step_mm, (len(counts) - 1 - row) * step_mm, counts[row, column] * count_mm])
+    return points * [step_mm, step_mm, count_mm]

@@ -1,7 +1,7 @@
 """Read the level along the crack from a scan of the sealed face."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,7 @@ BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
 SMOOTH_MM, RAISED_SD, RAISED_MM = 0.5, 4.0, 0.1
 """Sealant on the face: smoothed heights above this many standard deviations of the face's, and this many mm."""
 TIP_MM = 2.0  # Width of a usual caliper's tip
+SPECKLE = 2.0  # Distance in cells up to which a picture of the heights has no holes
 COVERAGE = 2.0  # Half-width of a 95 % interval in standard uncertainties
 MARGIN = 2.0  # Half the width of the heights along the crack, divided by the crack's mean width
 
@@ -86,7 +87,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
         under_face_mm3=under[0],
         under_face_95_mm3=under[1],
     )
-    scan = Scan(figures, *_along(placed.heights, outline), covariance, tip_level_mm)
+    scan = Scan(figures, *_along(surface, outline), covariance, tip_level_mm)
     data, dialect = settings.data, _dialect(figures, path)
     return Profile(s_mm, level_mm, level_mm[:, None], data, path.name, dialect, scan=scan)
 
@@ -239,8 +240,10 @@ def _stretches(s_mm: Floats, which: Booleans) -> tuple[Span, ...]:
     )
 
 
-def _along(heights: HeightMap, outline: Outline) -> tuple[Floats, Floats, Floats]:
-    """Return positions along and to the left of the centreline, and the heights there, (m, k)."""
+def _along(surface: _Surface, outline: Outline) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return positions along and to the left of the centreline, and heights of scan and model there, (m, k) each."""
+    heights = surface.placed.heights
+    heights = replace(heights, height_mm=heights.filled(SPECKLE))
     s_mm = np.arange(0.0, outline.length_mm, max(heights.cell_mm, outline.length_mm / 1500))
     half_mm = MARGIN * outline.mean_width_mm
     across_mm = np.linspace(-half_mm, half_mm, max(int(2 * half_mm / heights.cell_mm), 8))
@@ -251,7 +254,8 @@ def _along(heights: HeightMap, outline: Outline) -> tuple[Floats, Floats, Floats
     )
     x_mm = place[:, 0] - across_mm[:, None] * way[:, 1]
     y_mm = place[:, 1] + across_mm[:, None] * way[:, 0]
-    return s_mm, across_mm, heights.at_mm(x_mm, y_mm)
+    bottom = HeightMap(heights.corner_mm, heights.cell_mm, surface.bottom_mm)
+    return s_mm, across_mm, heights.at_mm(x_mm, y_mm), np.nan_to_num(bottom.at_mm(x_mm, y_mm))
 
 
 def _dialect(figures: ScanFigures, path: Path) -> str:
