@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -50,7 +51,8 @@ class HeightMap:
 
     def filled(self, cells: float = np.inf) -> Floats:
         """Return the heights, (rows, columns). A missing one up to ``cells`` from a known one gets its height."""
-        away, nearest = distance_transform_edt(np.isnan(self.height_mm), return_indices=True)
+        answer: Any = distance_transform_edt(np.isnan(self.height_mm), return_indices=True)
+        away, nearest = answer
         return np.where(np.asarray(away) <= cells, self.height_mm[tuple(np.asarray(nearest))], np.nan)
 
     @property

@@ -95,7 +95,9 @@ def faults(evidence: Evidence) -> Facts:
 def not_measured(evidence: Evidence) -> list[str]:
     """Return clauses about data that were not measured, or not declared. A validation has none."""
     readings_data = "measured" if evidence.readings is None else evidence.readings.data
-    things = {f"the {evidence.outline.seen_in} is": evidence.photo_data, "the caliper readings are": readings_data}
+    is_scan = evidence.readings is not None and evidence.readings.scan is not None
+    readings = "the scan is" if is_scan else "the caliper readings are"
+    things = {f"the {evidence.outline.seen_in} is": evidence.photo_data, readings: readings_data}
     clauses = [sentence("not_measured", thing=thing, data=data) for thing, data in things.items()]
     if evidence.comparison is not None and evidence.comparison.role == "undeclared":
         clauses.append(sentence("role_not_declared"))
