@@ -12,6 +12,7 @@ from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Likely, Settings
+from sealtwin.scan.settings import Placement
 
 InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a point in or beside a photo
 Pixel = tuple[InPhoto, InPhoto]
@@ -227,6 +228,11 @@ class CrackShape(Settings):
     fill: FillOrFile | None = None
     """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with the same data. The weighing gives
     the angle of the walls, instead of wall_angle_deg, and corrects depth and width within their uncertainty."""
+    scan: Path | None = None
+    """Scan of the empty crack: points or triangles (PLY, STL, XYZ, CSV), or a height map (16-bit PNG or TIFF). Depths
+    and walls are taken from it as far as they are seen. Elsewhere, depth_mm, tilt and wall_angle_deg are used."""
+    placement: Placement | None = None
+    """Unit and position of the scan. Required for a scan."""
     lean_to: Literal["left", "right"] = "left"
     """Side to which the floor is shifted from the mouth, as seen along the path. The paper does not state the side. The
     two choices give mirror images. If the two ends are exchanged, so are left and right."""
@@ -264,6 +270,10 @@ class CrackShape(Settings):
     @model_validator(mode="after")
     def _depths_and_angles_together(self) -> Self:
         require_order("depth_mm", by_station(self.depth_mm))
+        if (self.scan is None) != (self.placement is None):
+            raise ValueError("scan and the table [crack.placement] with its unit belong together: give both or none")
+        if self.scan is not None and self.fill is not None:
+            raise ValueError("scan cannot be combined with fill: give only one of them")
         left_deg, right_deg = self.wall_angles_deg
         default = type(self).model_fields["wall_angle_deg"].default
         if self.fill is not None and self.tilt in AGAINST_EACH_OTHER and self.wall_angle_deg != default:

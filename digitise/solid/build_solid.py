@@ -48,8 +48,8 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     mouth or, for a flare, at the floor. Raises InputError if the outline crosses itself, leaves the block without an
     open end, or encloses nothing, or if walls that widen downward meet below the face.
     """
-    if shape.fill is not None:
-        raise ValueError("the shape has a weighed fill whose angles are not computed yet")
+    if shape.fill is not None or shape.scan is not None:
+        raise ValueError("the shape has a weighed fill or a scan whose walls are not computed yet")
     if outline.width_source == "none":
         raise InputError("This outline is only a path, without walls. Give the crack's width to build a solid.")
     shape, table_warnings = shape_as_long_as(outline.length_mm, shape)

@@ -208,6 +208,11 @@ def build_solid(
     settings = settings_from(CrackShape, "build_solid", locals())
     from digitise.solid.build_solid import build_solid
 
+    if settings.scan is not None:
+        from digitise.solid.scanned_shape import scanned_shape
+
+        settings, facts = scanned_shape(crack, settings, Path())
+        warn(facts)
     warn(doubts_of(settings, width_mm=crack.mean_width_mm))
     return replace(build_solid(crack, settings), made_of=of_one_crack("build_solid", crack))
 

@@ -8,11 +8,28 @@ import cv2
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from sealtwin.core.arrays import Booleans, Floats
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import Booleans, Floats, unit
 
 MAD = 1.4826  # Standard deviation of a normal distribution, in median distances from its median
 STRAY = 6.0  # Distance of a stray cell from the median of its neighbours, in standard deviations of this distance
 SUBPIXEL_BITS = 6
+MOST_COLUMNS = 1500  # Largest number of columns of a grid along a crack
+
+
+def grid_along(centreline_mm: Floats, half_mm: float, cell_mm: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return a grid along a crack: s, distances to the left of the centreline, and x and y, (k,), (m,) and (m, k)."""
+    points_s_mm = arc_length(centreline_mm)
+    length_mm = float(points_s_mm[-1])
+    s_mm = np.arange(0.0, length_mm, max(cell_mm, length_mm / MOST_COLUMNS))
+    across_mm = np.linspace(-half_mm, half_mm, max(int(2 * half_mm / cell_mm), 8))
+    ahead = unit(np.gradient(centreline_mm, axis=0))
+    middle_mm, way = (
+        np.column_stack([np.interp(s_mm, points_s_mm, column) for column in points.T])
+        for points in (centreline_mm, ahead)
+    )
+    x_mm = middle_mm[:, 0] - across_mm[:, None] * way[:, 1]
+    return s_mm, across_mm, x_mm, middle_mm[:, 1] + across_mm[:, None] * way[:, 0]
 
 
 @dataclass(frozen=True)

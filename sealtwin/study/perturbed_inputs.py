@@ -124,6 +124,10 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
     # After a weighed fill, the errors of width, angle and depth are correlated, so all three change together.
     step = dict.fromkeys((*OF_THE_WALLS, "speed_mm_s", "volume_ml"), 0.0) | dict(steps)
     shape, weighed = trial.crack, sample.solid.figures.weighed
+    if shape is not None and shape.scan is not None:
+        from digitise.solid.scanned_shape import shape_of
+
+        shape = shape_of(sample.solid, shape)
     if weighed is not None and shape is not None:
         shape = shape_by_weight(shape, weighed)
         root, wall_steps = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])

@@ -124,6 +124,11 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
         return outline, None, photo
     job.progress.advance(3, "building the solid")
     with _with_picture(job, lambda: draw_overlay(photo, outline)):
+        if crack.scan is not None:
+            from digitise.solid.scanned_shape import scanned_shape
+
+            crack, facts = scanned_shape(outline, crack, job.source)
+            outline = replace(outline, warnings=(*outline.warnings, *facts))
         if crack.fill is None:
             return outline, build_solid(outline, crack), photo
         from digitise.weighing.fit_cavity import weigh

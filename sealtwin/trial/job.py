@@ -158,6 +158,7 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
 def sample_files(trial: Trial) -> dict[str, Path]:
     """Return the files that show the crack, by the setting that names the file. Paths are as in the trial file."""
     named = {role: getattr(trial.shown_by, role, None) for role in FILES_OF_A_SAMPLE}
+    named |= {"scan": trial.crack and trial.crack.scan}
     return {role: file for role, file in named.items() if file is not None}
 
 
@@ -170,7 +171,8 @@ def require_sample(trial: Trial, source: Path) -> None:
             if (source / MANIFEST).is_file():
                 command = f"sealtwin simulate {display_path(source)}"
                 cure = f"A run folder has no copy of it; '{command}' uses the digitised crack."
-            raise InputError(f"{source / file}: not found, but {table}.{role} names it. {cure}")
+            key = "crack.scan" if role == "scan" else f"{table}.{role}"
+            raise InputError(f"{source / file}: not found, but {key} names it. {cure}")
 
 
 def begin_writing(job: Job, stage: StageName) -> None:
@@ -204,7 +206,10 @@ def adopt_trial(job: Job) -> None:
     sample = job.trial.shown_by
     names = {role: Path(file.name) for role, file in sample_files(job.trial).items()}
     table = "photo" if sample is job.trial.photo else "mesh"
+    scan = names.pop("scan", None)
     resolved = job.trial.model_copy(update={table: sample.model_copy(update=names)})
+    if scan is not None and job.trial.crack is not None:
+        resolved = resolved.model_copy(update={"crack": job.trial.crack.model_copy(update={"scan": scan})})
     files.write_if_new(job.path / "trial.toml", trial_text(resolved).encode())
 
 

@@ -9,12 +9,11 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter, uniform_filte
 from skimage.measure import label
 
 from sealtwin.core.arc_length import arc_length_at
-from sealtwin.core.arrays import unit
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Booleans, Floats, Outline, Profile, Solid
 from sealtwin.core.scan_figures import Scan, ScanFigures
 from sealtwin.core.solid_figures import Span
-from sealtwin.scan.height_map import HeightMap
+from sealtwin.scan.height_map import HeightMap, grid_along
 from sealtwin.scan.points_file import read_points
 from sealtwin.scan.registration import Placed, Target, place
 from sealtwin.scan.settings import Placement
@@ -243,19 +242,11 @@ def _stretches(s_mm: Floats, which: Booleans) -> tuple[Span, ...]:
 def _along(surface: _Surface, outline: Outline) -> tuple[Floats, Floats, Floats, Floats]:
     """Return positions along and to the left of the centreline, and heights of scan and model there, (m, k) each."""
     heights = surface.placed.heights
-    heights = replace(heights, height_mm=heights.filled(SPECKLE))
-    s_mm = np.arange(0.0, outline.length_mm, max(heights.cell_mm, outline.length_mm / 1500))
     half_mm = MARGIN * outline.mean_width_mm
-    across_mm = np.linspace(-half_mm, half_mm, max(int(2 * half_mm / heights.cell_mm), 8))
-    ahead = unit(np.gradient(outline.centreline_mm, axis=0))
-    place, way = (
-        np.column_stack([np.interp(s_mm, outline.s_mm, column) for column in points.T])
-        for points in (outline.centreline_mm, ahead)
-    )
-    x_mm = place[:, 0] - across_mm[:, None] * way[:, 1]
-    y_mm = place[:, 1] + across_mm[:, None] * way[:, 0]
-    bottom = HeightMap(heights.corner_mm, heights.cell_mm, surface.bottom_mm)
-    return s_mm, across_mm, heights.at_mm(x_mm, y_mm), np.nan_to_num(bottom.at_mm(x_mm, y_mm))
+    s_mm, across_mm, x_mm, y_mm = grid_along(outline.centreline_mm, half_mm, heights.cell_mm)
+    bottom = replace(heights, height_mm=surface.bottom_mm)
+    seen = replace(heights, height_mm=heights.filled(SPECKLE))
+    return s_mm, across_mm, seen.at_mm(x_mm, y_mm), np.nan_to_num(bottom.at_mm(x_mm, y_mm))
 
 
 def _dialect(figures: ScanFigures, path: Path) -> str:

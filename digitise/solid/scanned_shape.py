@@ -1,0 +1,95 @@
+"""Depths and walls of an empty crack from a scan of its face, as far as the scanner saw them."""
+
+from pathlib import Path
+
+import numpy as np
+
+from digitise.settings import MAX_STATIONS, CrackShape
+from sealtwin.core.errors import InputError, present
+from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.records import Floats, Outline, Solid
+from sealtwin.scan.height_map import grid_along
+from sealtwin.scan.points_file import read_points
+from sealtwin.scan.registration import Target, place
+
+STATION_MM = 2.0  # Distance between the rows of the table of depths
+MIDDLE = 0.5  # Share of the width, in the middle, that may show the floor
+FLOOR = 0.25  # Quantile of the heights in the middle that is the floor: walls are above it
+LEAST_SEEN = 0.4  # Smallest share of the middle that must be seen for a depth
+WALL_PART = 0.25, 0.75  # Parts of the depth between which a wall is measured
+UPRIGHT_DEG = 2.0  # A wall that leans less cannot be distinguished from a vertical one
+FEWEST_CELLS = 30  # Smallest number of cells that show a wall
+
+
+def scanned_shape(outline: Outline, shape: CrackShape, folder: Path) -> tuple[CrackShape, tuple[Fact, ...]]:
+    """Return the shape with the depths and walls that the scan of the empty crack shows, and what it does not show.
+
+    A stretch whose floor is not seen keeps ``depth_mm``. Walls are seen if they close downward. Raises the errors of
+    ``read_points`` and ``place``, and InputError if no floor is seen at all.
+    """
+    path = folder / present(shape.scan, "crack.scan")
+    placement = present(shape.placement, "crack.placement")
+    target = Target((outline.outline_mm,), outline.centreline_mm, outline.mean_width_mm, outline.face_mm)
+    heights = place(read_points(path, placement), placement, target, path).heights
+    s_mm, across_mm, x_mm, y_mm = grid_along(outline.centreline_mm, outline.width_mm.max(), heights.cell_mm)
+    height_mm = heights.at_mm(x_mm, y_mm)
+    half_mm = np.interp(s_mm, outline.s_mm, outline.width_mm) / 2
+    middle = np.abs(across_mm)[:, None] <= MIDDLE * half_mm
+    step_mm = max(STATION_MM, outline.length_mm / MAX_STATIONS)
+    rows = np.arange(0.0, outline.length_mm, step_mm)
+    station = np.minimum((s_mm / step_mm).astype(int), len(rows) - 1)
+    depth_mm = np.full(len(rows), np.nan)
+    for number in range(len(rows)):
+        seen = height_mm[:, station == number][middle[:, station == number]]
+        if len(seen) and np.isfinite(seen).mean() >= LEAST_SEEN:
+            depth_mm[number] = -np.nanquantile(seen, FLOOR)
+    places_mm = rows + step_mm / 2
+    known = depth_mm > 0
+    if not known.any():
+        raise InputError(f"{path}: the floor of the crack is not seen. Measure its depth, and leave crack.scan out.")
+    facts = list[Fact]()
+    if not known.all():
+        share = float(1 - known.mean())
+        text = f"the scan does not show the floor along {share:.0%} of the crack; crack.depth_mm is used there"
+        facts.append(doubt("crack.scan-depth", text, share))
+    table_mm = np.where(known, depth_mm, shape.depth_at_mm(places_mm))
+    angles_deg = _wall_angles_deg(height_mm, across_mm, half_mm, np.interp(s_mm, places_mm, table_mm))
+    changes = {"depth_mm": tuple(zip(places_mm.tolist(), table_mm.tolist(), strict=True)), "scan": None}
+    if angles_deg is None:
+        facts.append(
+            doubt("crack.scan-walls", "the scan does not show the walls; crack.tilt and wall_angle_deg are used")
+        )
+    elif max(angles_deg) < UPRIGHT_DEG:
+        changes |= {"tilt": "vertical"}
+        text = "the scan shows no wall that closes downward; walls that open downward cannot be seen from above"
+        facts.append(doubt("crack.scan-walls", text, level="plain"))
+    else:
+        changes |= {"tilt": "funnel", "wall_angle_deg": angles_deg}
+    return shape.model_copy(update=changes), tuple(facts)
+
+
+def shape_of(solid: Solid, shape: CrackShape) -> CrackShape:
+    """Return the settings with the depths and walls of a solid that was made with a scan."""
+    sections = solid.sections
+    table_mm = tuple(zip(sections.s_mm.tolist(), sections.depth_mm.tolist(), strict=True))
+    walls = {"tilt": solid.tilt, "wall_angle_deg": solid.wall_angles_deg}
+    return shape.model_copy(update={"depth_mm": table_mm, "scan": None, **walls})
+
+
+def _wall_angles_deg(
+    height_mm: Floats, across_mm: Floats, half_mm: Floats, depth_mm: Floats
+) -> tuple[float, float] | None:
+    """Return the angles of the left and the right wall from the vertical, or None if too little of a wall is seen.
+
+    All cells of a wall between two depths are at the distance depth times tan(angle) from the edge of the mouth.
+    """
+    low, high = WALL_PART
+    wall = (height_mm < -low * depth_mm) & (height_mm > -high * depth_mm) & (np.abs(across_mm)[:, None] <= half_mm)
+    angles_deg = []
+    for side in (1.0, -1.0):
+        cells = wall & (side * across_mm[:, None] > 0)
+        if cells.sum() < FEWEST_CELLS:
+            return (0.0, 0.0) if not wall.any() else None
+        from_edge_mm = (half_mm - side * across_mm[:, None])[cells]
+        angles_deg.append(float(np.degrees(np.arctan(from_edge_mm.sum() / -height_mm[cells].sum()))))
+    return angles_deg[0], angles_deg[1]
