@@ -49,7 +49,7 @@ class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
     ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm``, (n, r),
-    contains the single readings. A missing reading is NaN. ``scan`` has figures and heights of a scan, None for a sheet.
+    contains the single readings. A missing reading is NaN. ``scan`` has figures and heights of a scan.
     """
 
     settings: Readings
