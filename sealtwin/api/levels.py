@@ -49,7 +49,7 @@ class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
     ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm``, (n, r),
-    contains the single readings. A missing reading is NaN.
+    contains the single readings. A missing reading is NaN. ``scan`` has figures and heights of a scan.
     """
 
     settings: Readings
@@ -85,7 +85,7 @@ def read_readings(
         "remark"]``. The rows are then read as a sheet. For a file: the table [readings.columns].
     crack, solid
         The crack and its solid. A station outside the crack or a level outside the solid is an error. Without ``crack``
-        or ``solid``, stations or levels are not checked.
+        or ``solid``, stations or levels are not checked. A scan needs both.
 
     Returns
     -------
