@@ -40,19 +40,19 @@ def scanned_shape(outline: Outline, shape: CrackShape, folder: Path) -> tuple[Cr
     station = np.minimum((s_mm / step_mm).astype(int), len(rows) - 1)
     depth_mm = np.full(len(rows), np.nan)
     for number in range(len(rows)):
-        seen = height_mm[:, station == number][middle[:, station == number]]
-        if len(seen) and np.isfinite(seen).mean() >= LEAST_SEEN:
-            depth_mm[number] = -np.nanquantile(seen, FLOOR)
+        heights_mm = height_mm[:, station == number][middle[:, station == number]]
+        if len(heights_mm) and np.isfinite(heights_mm).mean() >= LEAST_SEEN:
+            depth_mm[number] = -np.nanquantile(heights_mm, FLOOR)
     places_mm = rows + step_mm / 2
-    known = depth_mm > 0
-    if not known.any():
+    seen = depth_mm > 0
+    if not seen.any():
         raise InputError(f"{path}: the floor of the crack is not seen. Measure its depth, and leave crack.scan out.")
     facts = list[Fact]()
-    if not known.all():
-        share = float(1 - known.mean())
+    if not seen.all():
+        share = float(1 - seen.mean())
         text = f"the scan does not show the floor along {share:.0%} of the crack; crack.depth_mm is used there"
         facts.append(doubt("crack.scan-depth", text, share))
-    table_mm = np.where(known, depth_mm, shape.depth_at_mm(places_mm))
+    table_mm = np.where(seen, depth_mm, shape.depth_at_mm(places_mm))
     angles_deg = _wall_angles_deg(height_mm, across_mm, half_mm, np.interp(s_mm, places_mm, table_mm))
     changes = {"depth_mm": tuple(zip(places_mm.tolist(), table_mm.tolist(), strict=True)), "scan": None}
     if angles_deg is None:

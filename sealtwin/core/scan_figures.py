@@ -18,7 +18,7 @@ class ScanFigures:
     points: int
     """Number of points of the scan."""
     placed_by: Literal["points", "mouth"]
-    """How its position along the face was determined: by named points, or by the crack's mouth."""
+    """Basis of its position along the face: named points, or the crack's mouth."""
     residual_mm: float
     """RMS distance of the uncracked face from its plane."""
     coverage: float

@@ -13,6 +13,8 @@ from sealtwin.core.arrays import Booleans, Floats, unit
 
 MAD = 1.4826  # Standard deviation of a normal distribution, in median distances from its median
 STRAY = 6.0  # Distance of a stray cell from the median of its neighbours, in standard deviations of this distance
+LEAST_STRAY_MM = 0.2  # Smallest distance of a stray cell
+LONELY = 2  # Largest number of the 9 cells around a stray cell that have its height
 SUBPIXEL_BITS = 6
 MOST_COLUMNS = 1500  # Largest number of columns of a grid along a crack
 
@@ -44,9 +46,9 @@ class HeightMap:
     def of(cls, points_mm: Floats, low_mm: Floats, high_mm: Floats, cell_mm: float) -> "HeightMap":
         """Return the median height of the points in each cell of a box, (2,) each. Stray cells are left out."""
         columns, rows = np.maximum(np.ceil((high_mm - low_mm) / cell_mm), 1).astype(int).tolist()
-        place = np.floor((points_mm[:, :2] - low_mm) / cell_mm).astype(np.int64)
-        inside = ((place >= 0) & (place < [columns, rows])).all(axis=1)
-        cell, height_mm = place[inside, 1] * columns + place[inside, 0], points_mm[inside, 2]
+        index = np.floor((points_mm[:, :2] - low_mm) / cell_mm).astype(np.int64)
+        inside = ((index >= 0) & (index < [columns, rows])).all(axis=1)
+        cell, height_mm = index[inside, 1] * columns + index[inside, 0], points_mm[inside, 2]
         order = np.lexsort((height_mm, cell))
         cell, height_mm = cell[order], height_mm[order]
         first = np.flatnonzero(np.diff(cell, prepend=-1))
@@ -57,14 +59,19 @@ class HeightMap:
         return whole.without_strays()
 
     def without_strays(self) -> "HeightMap":
-        """Return the map without cells far from the median of the 25 cells around them."""
-        known = np.isfinite(self.height_mm)
-        if not known.any():
+        """Return the map without cells far from the median of the 25 cells around them and from all 8 neighbours.
+
+        A cell in a step between two heights is far from the median, but not from all neighbours.
+        """
+        if not self.known.any():
             return self
-        filled = self.filled().astype(np.float32)
-        away_mm = np.abs(self.height_mm - cv2.medianBlur(filled, 5))
-        limit_mm = STRAY * MAD * max(float(np.nanmedian(away_mm)), 1e-4)
-        return HeightMap(self.corner_mm, self.cell_mm, np.where(away_mm > limit_mm, np.nan, self.height_mm))
+        filled_mm = self.filled()
+        away_mm = np.abs(self.height_mm - cv2.medianBlur(filled_mm.astype(np.float32), 5))
+        limit_mm = max(STRAY * MAD * float(np.nanmedian(away_mm)), LEAST_STRAY_MM)
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(filled_mm, 1, constant_values=np.inf), (3, 3))
+        alike = (np.abs(around - filled_mm[..., None, None]) <= limit_mm).sum(axis=(2, 3))
+        stray = (away_mm > limit_mm) & (alike <= LONELY)
+        return HeightMap(self.corner_mm, self.cell_mm, np.where(stray, np.nan, self.height_mm))
 
     def filled(self, cells: float = np.inf) -> Floats:
         """Return the heights, (rows, columns). A missing one up to ``cells`` from a known one gets its height."""

@@ -36,7 +36,7 @@ class Placement(Settings):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the scan that points out of the face, up to 30 degrees."""
     points: Annotated[tuple[NamedPoint, ...], Field(max_length=MOST_POINTS)] = ()
-    """At least three points whose coordinates are known in the scan and on the face. Default: the position is found by
+    """Points whose coordinates are known in the scan and on the face, at least three. Default: the position is found by
     the face's plane and the crack's mouth. The scan's axes must then agree with the photo's up to 30 degrees."""
 
     @model_validator(mode="after")

@@ -18,6 +18,7 @@ from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
 MAX_ROWS_SHOWN = 8
+SCANS = (".ply", ".stl", ".xyz", ".pts", ".png", ".tif", ".tiff")
 WHOLE = ("sign", "unit", "datum", "direction")
 
 
@@ -51,6 +52,8 @@ def read_readings(
         if filling is None:
             raise InputError(f"{path}: a scan can only be read for a crack and its solid.")
         return read_scan(path, settings, filling.outline, filling.solid)
+    if path.suffix.lower() in SCANS:
+        raise InputError(f"{path}: is a scan, not a sheet: give it as readings.scan, with readings.placement.")
     return readings_of(read_grid(path, settings.sheet, settings.separator), settings, length_mm, depth_mm, filling)
 
 

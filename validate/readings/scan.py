@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter, uniform_filter
+from scipy.ndimage import binary_erosion, gaussian_filter, uniform_filter
 from skimage.measure import label
 
 from sealtwin.core.arc_length import arc_length_at
@@ -29,6 +29,7 @@ LEAST_SEEN = 0.5  # Smallest share of a station's cells that must be seen for a 
 FEWEST_STATIONS = 2
 MAX_LAGS = 8  # Stations farther apart than this share no noise
 BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
+EDGE = 0.2  # Standard uncertainty of the edge of a volume, in cells
 SMOOTH_MM, RAISED_SD, RAISED_MM = 0.5, 4.0, 0.1
 """Sealant on the face: smoothed heights above this many standard deviations of the face's, and this many mm."""
 TIP_MM = 2.0  # Width of a usual caliper's tip
@@ -50,7 +51,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     target = Target(tuple(map(np.asarray, cuts[-1])), outline.centreline_mm, outline.mean_width_mm, face_mm)
     placement = settings.placement or Placement()
     placed = place(read_points(path, placement), placement, target, path)
-    surface = _Surface.of(placed, target, cuts, levels_mm)
+    surface = _Surface.of(placed, target, cuts, levels_mm, solid.block_mm)
     stations = surface.stations(outline.length_mm, outline.mean_width_mm)
     s_mm, level_mm = stations
     seen = np.isfinite(level_mm)
@@ -65,7 +66,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     weights = _weights(s_mm)
     tip_mm = settings.probe_mm or TIP_MM
     tip_level_mm = surface.tip_levels_mm(outline, s_mm, level_mm, tip_mm)
-    over, under = surface.volumes(noise_mm2)
+    over, under = surface.volumes(np.interp(surface.s_mm, s_mm, level_mm), noise_mm2)
     figures = ScanFigures(
         points=placed.points,
         placed_by=placed.placed_by,
@@ -99,9 +100,17 @@ class _Surface:
     mouth: Booleans  # (rows, columns)
     bottom_mm: Floats  # Lowest level at which the cavity is open, (rows, columns). 0 outside the mouth
     s_mm: Floats  # Arc length of each cell of the mouth, in the order of ``mouth``
+    from_wall_mm: Floats  # Distance of each cell of the mouth from the walls
 
     @classmethod
-    def of(cls, placed: Placed, target: Target, cuts: Sequence[Sequence[Floats]], levels_mm: Floats) -> "_Surface":
+    def of(
+        cls,
+        placed: Placed,
+        target: Target,
+        cuts: Sequence[Sequence[Floats]],
+        levels_mm: Floats,
+        block_mm: Sequence[float],
+    ) -> "_Surface":
         heights = placed.heights
         mouth = heights.inside(target.rings_mm)
         bottom_mm = np.zeros(mouth.shape)
@@ -110,7 +119,11 @@ class _Surface:
                 bottom_mm[heights.inside([np.asarray(ring) for ring in rings]) & mouth] = level_mm
         x_mm, y_mm = np.meshgrid(*heights.middles_mm)
         s_mm = arc_length_at(np.column_stack([x_mm[mouth], y_mm[mouth]]), target.centreline_mm)
-        return cls(placed, mouth, bottom_mm, s_mm)
+        # The end of an open crack is no wall.
+        x_min, y_min, x_max, y_max = block_mm
+        beyond = (x_mm < x_min) | (x_mm > x_max) | (y_mm < y_min) | (y_mm > y_max)
+        from_wall_mm = heights.away_mm(~(mouth | beyond))[mouth]
+        return cls(placed, mouth, bottom_mm, s_mm, from_wall_mm)
 
     def stations(self, length_mm: float, width_mm: float) -> tuple[Floats, Floats]:
         """Return the stations and the mean level across the sealant at each, NaN in a hole, (n,) each."""
@@ -118,7 +131,7 @@ class _Surface:
         count = max(int(length_mm / max(STATION_MM, 2 * cell_mm)), 2)
         ends_mm = np.linspace(0.0, length_mm, count + 1)
         station = np.searchsorted(ends_mm, self.s_mm, side="right") - 1
-        from_wall_mm = cell_mm * np.asarray(distance_transform_edt(self.mouth), dtype=float)[self.mouth]
+        from_wall_mm = self.from_wall_mm
         height_mm, bottom_mm = heights.height_mm[self.mouth], self.bottom_mm[self.mouth]
         level_mm = np.full(count, np.nan)
         inner_mm = min(max(WALLS_MM, cell_mm) + 2 * self.placed.along_sd_mm, width_mm / 4)
@@ -135,8 +148,8 @@ class _Surface:
             first_mm = float(np.median(seen))
             wet[cells] = bottom_mm[cells] < first_mm
             clear[cells] = (bottom_mm[cells] < first_mm - OPEN_MM) & (from_wall_mm[cells] >= inner_mm)
-            known = clear[cells] & np.isfinite(height_mm[cells])
-            if clear[cells].any() and known.sum() >= LEAST_SEEN * clear[cells].sum():
+            visible = clear[cells] & np.isfinite(height_mm[cells])
+            if clear[cells].any() and visible.sum() >= LEAST_SEEN * clear[cells].sum():
                 level_mm[number] = first_mm
         # Cells beside the walls get the height of the nearest cell that is clear of them.
         used = np.full(self.mouth.shape, np.nan)
@@ -170,10 +183,15 @@ class _Surface:
             lags_mm2.append(float(np.nanmean(product)) if np.isfinite(product).any() else 0.0)
         return np.array(lags_mm2) * (1 - np.arange(MAX_LAGS) / MAX_LAGS)
 
-    def volumes(self, noise_mm2: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return the volumes above and below the face in mm³, each with the half-width of its 95 % interval."""
+    def volumes(self, level_mm: Floats, noise_mm2: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return the volumes above and below the face in mm³, each with the half-width of its 95 % interval.
+
+        A cell of the mouth that is not seen has the level at its position, ``level_mm``, or its wall.
+        """
         heights, cell_mm = self.placed.heights, self.placed.heights.cell_mm
         filled_mm = heights.filled()
+        unseen = self.mouth & ~heights.known
+        filled_mm[unseen] = np.maximum(level_mm, self.bottom_mm[self.mouth])[unseen[self.mouth]]
         smooth_mm = gaussian_filter(filled_mm, SMOOTH_MM / cell_mm)
         face = self.placed.face & heights.known
         spread_mm = float(np.sqrt(np.median(smooth_mm[face] ** 2)) * 1.4826)
@@ -196,7 +214,11 @@ class _Surface:
         area_mm2 = cell_mm2 * len(x_mm)
         patch_mm2 = STATION_MM * max(float(self.mouth.sum()) * cell_mm2 / max(np.ptp(self.s_mm), STATION_MM), 1.0)
         of_noise = area_mm2 * patch_mm2 * max(float(noise_mm2[0] + 2 * noise_mm2[1:].sum()), 0.0)
-        return float(cell_mm2 * height_mm[cells].sum()), COVERAGE * float(np.sqrt(of_plane + of_noise))
+        edge_mm3 = (
+            EDGE * cell_mm2 * float(np.abs(height_mm[cells & ~np.asarray(binary_erosion(cells), dtype=bool)]).sum())
+        )
+        volume_mm3 = float(cell_mm2 * height_mm[cells].sum())
+        return volume_mm3, COVERAGE * float(np.sqrt(of_plane + of_noise + edge_mm3**2))
 
     def tip_levels_mm(self, outline: Outline, s_mm: Floats, level_mm: Floats, tip_mm: float) -> Floats:
         """Return the highest point below a flat tip in the middle of the crack at each station, (n,)."""
