@@ -27,15 +27,20 @@ DECLARED_MM: dict[Fault, float] = {"metres": 1000.0, "inches": 25.4}
 Pose = tuple[Rotation, Floats]
 
 
-def write_scan(sealed: Sealed, number: int, folder: Path, fault: Fault | None = None) -> tuple[Path, Placement]:
-    """Write the scan with a number, and return its path and its placement. A scan with a fault is a file of points."""
-    rng = np.random.default_rng([2025, number])
+def drawn_pose(rng: np.random.Generator) -> Pose:
+    """Return the rotation and the shift in mm from the sample's frame to the scan's."""
     tilt_deg, way = rng.uniform(0, 3), rng.uniform(0, 2 * np.pi)
     turn = Rotation.from_euler("z", rng.uniform(-3, 3), degrees=True)
-    pose = (
+    return (
         Rotation.from_rotvec(tilt_deg * np.array([np.cos(way), np.sin(way), 0]), degrees=True) * turn,
         (rng.uniform(-5, 5, 3)),
     )
+
+
+def write_scan(sealed: Sealed, number: int, folder: Path, fault: Fault | None = None) -> tuple[Path, Placement]:
+    """Write the scan with a number, and return its path and its placement. A scan with a fault is a file of points."""
+    rng = np.random.default_rng([2025, number])
+    pose = drawn_pose(rng)
     step_mm = float(rng.uniform(0.1, 0.3))
     kind = "points.xyz" if fault else FORMATS[number % len(FORMATS)]
     path = folder / f"{number}-{fault or 'sound'}-{kind}".replace(" ", "-")

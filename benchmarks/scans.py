@@ -11,7 +11,6 @@ between the walls.
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +21,7 @@ import numpy as np
 
 from benchmarks.scan_cases import Sealed, sealed_crack
 from benchmarks.scan_files import Fault, write_scan
+from benchmarks.scan_tool import mean_along_mm, mean_by_icp_mm, written_mm
 from benchmarks.table import Row, rms, run_benchmark
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Profile
@@ -86,13 +86,15 @@ def outcome_of(number: int, folder: Path, tool: bool) -> Outcome | None:
     outcome = Outcome(
         number,
         profile.level_mm - truth_mm,
-        figures.mean_level_mm - float(truth_mm.mean()),
+        figures.mean_level_mm - mean_along_mm(profile.s_mm, truth_mm),
         figures.mean_level_95_mm,
         truth_mm3,
         figures.over_face_mm3 - truth_mm3,
         figures.over_face_95_mm3,
         seconds,
-        figures.mean_level_mm - mean_by_icp_mm(sealed, path, placement, profile) if tool else None,
+        figures.mean_level_mm - mean_by_icp_mm(sealed, written_mm(path, placement, number), profile.s_mm)
+        if tool
+        else None,
     )
     print(
         f"{path.name}: {len(profile.s_mm)} stations, mean {outcome.mean_error_mm:+.3f} (± {outcome.half_mm:.3f}), RMS "
@@ -102,15 +104,6 @@ def outcome_of(number: int, folder: Path, tool: bool) -> Outcome | None:
         flush=True,
     )
     return outcome
-
-
-def mean_by_icp_mm(sealed: Sealed, path: Path, placement: Placement, profile: Profile) -> float:
-    """Return the mean level after Open3D's ICP of the scan to the drawn surface, at the same stations.
-
-    The level of a station is the mean of the points between the walls, within half of the distance of stations.
-    """
-    o3d = import_module("open3d")
-    raise NotImplementedError(o3d, sealed, path, placement, profile)
 
 
 def refusals(folder: Path) -> Iterator[Row]:
