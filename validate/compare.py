@@ -84,6 +84,7 @@ def compare(
         baselines=baselines,
         beats_baseline=beaten(error.mean_error, baselines, role, count),
         scatter=repeatability(measured),
+        scan=measured.scan and measured.scan.figures,
         role=role,
         fitted=fitted,
         readings_data=measured.data,

@@ -12,6 +12,7 @@ from sealtwin.core.facts import Facts, texts
 from sealtwin.core.record_files import Amount, Positive
 from sealtwin.core.records import DataKind, Floats, JsonRecord, Numbers
 from sealtwin.core.run_figures import Known
+from sealtwin.core.scan_figures import ScanFigures
 from validate.intervals import PART, ErrorUncertainty, StationError, in_unit
 from validate.settings import Gate, Role
 
@@ -224,6 +225,8 @@ class Comparison(JsonRecord):
     settings were fitted. None if there is no such baseline."""
     scatter: ReadingsScatter
     """Scatter of the repeated readings."""
+    scan: ScanFigures | None = None
+    """Figures of the scan from which the level was read. None for caliper readings."""
     role: Role
     """Use of the readings: for calibrating the fluid, or held out."""
     fitted: tuple[str, ...] | None = None

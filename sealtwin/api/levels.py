@@ -58,7 +58,7 @@ class LevelReadings(Profile):
     """SHA-256 hash of the file, or of the array's bytes."""
 
 
-@keywords_of(Readings, without=("file",))
+@keywords_of(Readings, without=("file", "scan"))
 def read_readings(
     readings: FilePath | NDArray[np.floating[Any]] | Sequence[Sequence[float]],
     crack: Outline | None = None,
@@ -79,7 +79,7 @@ def read_readings(
         A CSV or XLSX file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``. Or an array or a list of
         rows in mm, (n, 1 + r): the arc length along the crack, then r levels for each station, with NaN for a missing
         reading. Messages name the cells of an array as in a spreadsheet whose first row has the column names: "B5" is
-        the reading [3, 1].
+        the reading [3, 1]. Or, if ``placement`` is given, a scan of the sealed face.
     columns
         For an array or a list: the column names as in the header of a sheet, for example ``["s_cm", "depth 1 [mm]",
         "remark"]``. The rows are then read as a sheet. For a file: the table [readings.columns].
@@ -113,12 +113,14 @@ def read_readings(
     from validate.readings.grid import SheetFaults
     from validate.readings.read_readings import read_readings as from_file
     from validate.readings.read_readings import readings_of
+    from validate.readings.reading_checks import Filling
 
     if unknown := [name for name in keywords.get("fitted") or () if name not in SETTINGS]:
         raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
     file = file_of(readings, "readings") if isinstance(readings, str | PathLike) else None
     names = None if columns is None or isinstance(columns, Mapping) else list(columns)
-    replaced = {"file": file or Path("readings"), "columns": columns if names is None else None}
+    kind = "file" if keywords.get("placement") is None else "scan"
+    replaced = {kind: file or Path("readings"), "columns": columns if names is None else None}
     settings = settings_from(Readings, "read_readings", arguments, **replaced)
     # Readings remain valid for another solid of the same crack.
     made_of = of_one_crack("read_readings", crack, solid)[:1]
@@ -128,7 +130,8 @@ def read_readings(
             grid, digest = _sheet_of(readings, names, keywords)
             profile = readings_of(grid, settings, *limits_mm)
         elif names is None:
-            profile, digest = from_file(file, settings, *limits_mm), sha256_of(file)
+            sample = None if crack is None or solid is None else Filling(crack, solid)
+            profile, digest = from_file(file, settings, *limits_mm, sample), sha256_of(file)
         else:
             raise InputError(
                 'read_readings: for a file, columns must be a table such as {"s": "A", "levels": ["B:D"]}.'

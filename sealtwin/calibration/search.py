@@ -215,6 +215,7 @@ class Twin:
         Raises the same errors as a sweep, and InputError if the trial has no readings.
         """
         from validate.readings.read_readings import read_readings
+        from validate.readings.reading_checks import Filling
         from validate.uncertainty.meniscus import Mouth
         from validate.uncertainty.reading_errors import budget_of
 
@@ -237,8 +238,9 @@ class Twin:
         "accurate"."""
         self._sample = record_files.read_sample(self.folder / "samples" / draft.sample)
         self.outline, self.solid = self._sample.outline, self._sample.solid
-        self.sheet = file.parent / sheet_settings.file
-        self.readings = read_readings(self.sheet, sheet_settings, self.outline.length_mm, self.solid.depth_mm)
+        self.sheet = file.parent / sheet_settings.path
+        crack = Filling(self.outline, self.solid)
+        self.readings = read_readings(self.sheet, sheet_settings, self.outline.length_mm, self.solid.depth_mm, crack)
         s_mm = self.readings.s_mm
         mouth = Mouth.of(self.outline, self.solid, self.trial.given_fluid.density_kg_m3)
         budget = budget_of(self.readings, sheet_settings, self.trial.uncertainty, mouth)
@@ -350,5 +352,5 @@ def fit_to_calibrate(file: Path, trial: Trial) -> Readings:
             f'{file}: solver.model is "{trial.solver.model}", but a calibration requires "particles". Set this value.'
         )
     require_sample(trial, file.parent)
-    check_sheet(file.parent / trial.readings.file)
+    check_sheet(file.parent / trial.readings.path, trial.readings)
     return trial.readings

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
 from pydantic import with_config
 
 from sealtwin.core.arrays import FROM_JSON, Floats
@@ -60,5 +61,13 @@ class Scan:
     s_mm: Floats  # Positions along the crack, (k,)
     across_mm: Floats  # Distances to the left of the centreline, (m,)
     height_mm: Floats  # Heights above the face, NaN in holes, (m, k)
+    bottom_mm: Floats  # Height of the floor or the wall of the model there, 0 outside the mouth, (m, k)
     covariance_mm2: Floats  # Of the errors of the levels at the stations, (n, n)
     tip_level_mm: Floats  # Levels that a caliper would read in the middle of the crack, (n,)
+
+    def deviation_mm(self, level_mm: Floats) -> Floats:
+        """Return the height of a simulated bed minus the scanned height, NaN in holes, (m, k).
+
+        ``level_mm``, (k,), is the simulated level at ``s_mm``. Walls above it and the face are as in the model.
+        """
+        return np.where(self.bottom_mm < 0, np.maximum(level_mm, self.bottom_mm), 0.0) - self.height_mm

@@ -48,11 +48,10 @@ class HeightMap:
         limit_mm = STRAY * MAD * max(float(np.nanmedian(away_mm)), 1e-4)
         return HeightMap(self.corner_mm, self.cell_mm, np.where(away_mm > limit_mm, np.nan, self.height_mm))
 
-    def filled(self) -> Floats:
-        """Return the heights, each missing one replaced by the nearest known one, (rows, columns)."""
-        missing = np.isnan(self.height_mm)
-        nearest = distance_transform_edt(missing, return_distances=False, return_indices=True)
-        return self.height_mm[tuple(np.asarray(nearest))]
+    def filled(self, cells: float = np.inf) -> Floats:
+        """Return the heights, (rows, columns). A missing one up to ``cells`` from a known one gets its height."""
+        away, nearest = distance_transform_edt(np.isnan(self.height_mm), return_indices=True)
+        return np.where(np.asarray(away) <= cells, self.height_mm[tuple(np.asarray(nearest))], np.nan)
 
     @property
     def middles_mm(self) -> tuple[Floats, Floats]:

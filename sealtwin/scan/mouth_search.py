@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -10,13 +11,11 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import minimize
 
 from sealtwin.core.arc_length import arc_length, arc_length_at
-from sealtwin.core.arrays import Floats
+from sealtwin.core.arrays import Floats, Integers
 from sealtwin.scan.height_map import MAD, HeightMap
 
 STEP_DEG = 3.0
 AROUND_MM = 8.0  # Width of the face around the mouth that takes part in the agreement
-CELLS_MM = 0.4, 1.0  # Smallest and largest cell of the search
-ACROSS = 3.0  # Number of the search's cells across the mouth
 NOISE_SD = 2.0, 6.0  # Heights below the first are flat and above the second hollow or heap, in standard deviations
 LEAST_MM = 0.15  # Smallest height of a hollow or heap
 ALIKE_DEG = 20.0  # Poses closer than this belong to one position
@@ -63,9 +62,9 @@ class MouthSearch:
     template: Floats  # 1 in the mouth and 0 around it, (n,)
 
     @classmethod
-    def of(cls, points_mm: Floats, rings_mm: Sequence[Floats], width_mm: float) -> "MouthSearch":
+    def of(cls, points_mm: Floats, rings_mm: Sequence[Floats], cell_mm: float) -> "MouthSearch":
+        """Return the search in cells of a size, or in larger ones if the scan has less than one point in a cell."""
         low_mm, high_mm = (np.quantile(points_mm[:, :2], share, axis=0) for share in (0.001, 0.999))
-        cell_mm = float(np.clip(width_mm / ACROSS, *CELLS_MM))
         per_cell = len(points_mm) * cell_mm**2 / max(float(np.prod(high_mm - low_mm)), cell_mm**2)
         cell_mm *= max(1.0, float(np.sqrt(1.0 / per_cell)))
         heights = HeightMap.of(points_mm, low_mm, high_mm, cell_mm)
@@ -132,8 +131,9 @@ class MouthSearch:
             candidates = [entry for entry, angle in zip(candidates, apart, strict=True) if angle >= ALIKE_DEG]
         return max(candidates, key=lambda entry: entry.agreement, default=Candidate(Pose(0.0, 0.0, 0.0), -1.0))
 
-    def agreement(self, pose: Pose, part: slice | Floats = slice(None)) -> float:
+    def agreement(self, pose: Pose, part: Integers | None = None) -> float:
         """Return the correlation of the scan's hollows and heaps with the mouth, -1 to 1."""
+        part = np.arange(len(self.template)) if part is None else part
         places = (pose.back(self.samples_mm[part]) - self.map.corner_mm) / self.map.cell_mm - 0.5
         seen = map_coordinates(self._smooth, places.T[::-1], order=1, mode="constant")
         template = self.template[part]
@@ -154,22 +154,23 @@ class MouthSearch:
 
         sides = np.array([[0, 0, 0], [STEP_DEG, 0, 0], [0, 2 * cell_mm, 0], [0, 0, 2 * cell_mm]], dtype=float)
         options = {"initial_simplex": sides, "xatol": 1e-3, "fatol": 1e-6, "maxiter": 300}
-        answer = minimize(
-            lambda change: -self.agreement(moved(change)), np.zeros(3), method="Nelder-Mead", options=options
-        )
-        return moved(answer.x)
+
+        def off(change: Floats) -> float:
+            return -self.agreement(moved(change))
+
+        return moved(minimize(off, np.zeros(3), method="Nelder-Mead", options=options).x)
 
     def shift_sd_mm(self, pose: Pose, centreline_mm: Floats) -> float:
         """Return the standard uncertainty of the position, from the own positions of stretches of the crack."""
         ends_mm = np.linspace(0.0, arc_length(centreline_mm)[-1], PARTS + 1)
         s_mm = arc_length_at(self.samples_mm, centreline_mm)
         shifts = []
-        for low_mm, high_mm in zip(ends_mm, ends_mm[1:], strict=False):
+        for low_mm, high_mm in pairwise(ends_mm):
             part = np.flatnonzero((s_mm >= low_mm) & (s_mm < high_mm))
             if len(part) < 20:
                 continue
 
-            def off(change: Floats, part: Floats = part) -> float:
+            def off(change: Floats, part: Integers = part) -> float:
                 return -self.agreement(Pose(pose.turn_deg, pose.x_mm + change[0], pose.y_mm + change[1]), part)
 
             sides = self.map.cell_mm * np.array([[0, 0], [1.5, 0], [0, 1.5]])

@@ -69,8 +69,8 @@ def read_points(path: Path, placement: Placement) -> Floats:
     away_mm = float(np.abs(np.median(points_mm, axis=0)).max())
     if away_mm > FARTHEST_MM:
         raise InputError(
-            f"{path}: the points are {away_mm:,.0f} mm from the origin of the scan, where saved numbers lose their last "
-            f"digits; at most {FARTHEST_MM:,.0f} mm are allowed. Subtract the global offset, and export the scan again."
+            f"{path}: the points are {away_mm:,.0f} mm from the origin of the scan, where numbers lose their last "
+            f"digits; at most {FARTHEST_MM:,.0f} mm are allowed. Subtract the offset, and export the scan again."
         )
     return points_mm
 
@@ -109,8 +109,7 @@ def _on_triangles(path: Path, mm: float) -> Floats:
 
     surface = trimesh.Trimesh(mm * mesh.vertices, mesh.faces, process=False)
     count = int(np.clip(PER_MM2 * surface.area, 10_000, MAX_POINTS))
-    points_mm, _ = trimesh.sample.sample_surface(surface, count, seed=0)
-    return np.asarray(points_mm, dtype=float)
+    return np.asarray(trimesh.sample.sample_surface(surface, count, seed=0)[0], dtype=float)
 
 
 def _of_ply(content: bytes) -> Floats:
@@ -147,10 +146,8 @@ def _of_text(content: bytes) -> Floats:
     columns = _columns(lines[begin - 1], lines[begin]) if begin else (0, 1, 2)
     _refuse_too_many(content.count(b"\n") - begin, "lines")
     separator = next((mark for mark in (",", ";") if mark.encode() in lines[begin]), None)
-    table = np.loadtxt(
-        io.BytesIO(content), delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2
-    )
-    return table
+    lines = io.BytesIO(content)
+    return np.loadtxt(lines, delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2)
 
 
 def _columns(header: bytes, line: bytes) -> tuple[int, ...]:
@@ -174,5 +171,6 @@ def _of_map(content: bytes, placement: Placement) -> Floats:
             raise UnreadableError(f"its pixels are {picture.mode}, but a height map has one channel with 16 bits")
         counts = np.asarray(picture, dtype=np.uint16)
     row, column = np.nonzero(counts)
+    points = np.column_stack([column, len(counts) - 1 - row, counts[row, column]]).astype(np.float64)
     step_mm, count_mm = placement.step_mm or 0.0, placement.count_mm or 0.0
-    return np.column_stack([column * step_mm, (len(counts) - 1 - row) * step_mm, counts[row, column] * count_mm])
+    return points * [step_mm, step_mm, count_mm]

@@ -26,12 +26,15 @@ BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges 
 FEWEST_OF_FACE = 0.4  # Smallest share of the face around the crack that a scan must show
 SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the extent of the crack
 SCALE_OFF = 0.05  # Largest relative difference of the distances between named points in scan and sample
+UNIT_OFF = 0.5  # Two units differ by more than this ratio
 APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
 TRIED = 6  # Number of named points up to which all orders are tried
 LEAST_AGREEMENT = 0.5
 """Smallest correlation of the scan's hollow or heap with the mouth. Wrong positions of random cracks reach 0.4."""
 SURER = 0.08  # A position is certain if its agreement exceeds that of every other by this difference
+CELLS_MM, ACROSS, FINER = (0.4, 1.0), 3.0, 4.0
+"""Smallest and largest cell of the search, its cells across the mouth, and how much finer the last step is."""
 SAMPLED, PLANES, OF_FACE = 40_000, 400, 0.4  # Points and planes of the first fit, and the smallest share on the face
 BLOCKS_MM = (3.0, 6.0, 12.0)  # Sides of the blocks whose means show how far errors of neighbours agree
 
@@ -81,13 +84,16 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
         off_mm = None
     _require_unit(points_mm, placement, target, path)
     levelled_mm, tilt_deg = _on_the_face(points_mm, path)
-    search = MouthSearch.of(levelled_mm, target.rings_mm, target.width_mm)
+    cell_mm = float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
+    search = MouthSearch.of(levelled_mm, target.rings_mm, cell_mm)
     if placement.points:
         pose, along_sd_mm = Pose(0.0, 0.0, 0.0), (off_mm or 0.0) / np.sqrt(len(placement.points))
         agreement = _agreement_of_points(search, path)
     else:
-        pose, agreement = _by_mouth(search, path)
-        along_sd_mm = search.shift_sd_mm(pose, target.centreline_mm)
+        finer = MouthSearch.of(levelled_mm, target.rings_mm, cell_mm / FINER)
+        pose = finer.refined(search.refined(_by_mouth(search, path)))
+        agreement = finer.agreement(pose)
+        along_sd_mm = finer.shift_sd_mm(pose, target.centreline_mm)
     moved_mm = pose.apply(levelled_mm)
     heights = _mapped(moved_mm, target)
     face = _face_around(heights, target)
@@ -120,15 +126,12 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
     spread_mm = np.linalg.svd(places_mm - places_mm.mean(axis=0), compute_uv=False)[1]
     if spread_mm < APART_MM:
         raise InputError(
-            f"{path}: the named points are almost on one line ({spread_mm:.1f} mm across), so the scan could turn about "
-            "it. Add a point beside the line."
+            f"{path}: the named points are almost on one line ({spread_mm:.1f} mm across), so the scan could turn "
+            "about it. Add a point beside the line."
         )
     scale = _size(named_mm) / _size(places_mm)
     if abs(scale - 1) > SCALE_OFF:
-        units = {
-            name: mm for name, mm in MM.items() if abs(scale * mm - 1) < SCALE_OFF or abs(scale / mm - 1) < SCALE_OFF
-        }
-        cause = f" The unit is wrong: a factor of {1 / scale:.4g}." if units or scale < 0.2 or scale > 5 else ""
+        cause = " The unit is wrong." if min(scale, 1 / scale) < UNIT_OFF else ""
         raise InputError(
             f"{path}: the named points are {scale:.4g} times as far apart in the scan as on the sample.{cause} Correct "
             "readings.placement.units, or the coordinates."
@@ -149,8 +152,8 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
         raise InputError(f"{path}: the named points are {off_mm:.1f} mm (RMS) from their places. {cause}")
     exchanged = " or two points are exchanged" if upward else ""
     raise InputError(
-        f"{path}: the named points agree to {off_mm:.2f} mm only if the scan is turned upside down. The scan is mirrored"
-        f"{exchanged}, or its upward axis is not readings.placement.up."
+        f"{path}: the named points agree to {off_mm:.2f} mm only if the scan is turned upside down. The scan is "
+        f"mirrored{exchanged}, or its upward axis is not readings.placement.up."
     )
 
 
@@ -172,7 +175,7 @@ def _orders(count: int) -> Iterator[tuple[int, ...]]:
 def _fitted(named_mm: Floats, places_mm: Floats) -> tuple[Floats, float]:
     """Return the rigid motion, (3, 4), with the smallest squared distances, and the RMS distance (Kabsch 1976)."""
     middle, goal = named_mm.mean(axis=0), places_mm.mean(axis=0)
-    turn, distance = Rotation.align_vectors(places_mm - goal, named_mm - middle)
+    turn, distance = Rotation.align_vectors(places_mm - goal, named_mm - middle)[:2]
     matrix = turn.as_matrix()
     return np.column_stack([matrix, goal - matrix @ middle]), float(distance / np.sqrt(len(named_mm)))
 
@@ -224,7 +227,7 @@ def _on_the_face(points_mm: Floats, path: Path) -> tuple[Floats, float]:
         normal = normal * np.sign(normal[2])
         height = float(normal @ middle)
         spread = MAD * float(np.median(np.abs(near @ normal - height)))
-    turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])
+    turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])[0]
     levelled = points_mm @ turn.as_matrix().T
     return levelled - [0.0, 0.0, height], float(np.degrees(turn.magnitude()))
 
@@ -256,8 +259,8 @@ def _mirrored(path: Path, straight: float, mirrored: float) -> str:
     )
 
 
-def _by_mouth(search: MouthSearch, path: Path) -> tuple[Pose, float]:
-    """Return the position at which the hollow or heap of the scan agrees best with the mouth, and the correlation."""
+def _by_mouth(search: MouthSearch, path: Path) -> Pose:
+    """Return the position at which the hollow or heap of the scan agrees best with the mouth."""
     best, mirrored = search.best(mirrored=False), search.best(mirrored=True)
     remedy = "Give at least three named points in readings.placement.points."
     if max(best.agreement, mirrored.agreement) < LEAST_AGREEMENT:
@@ -269,8 +272,8 @@ def _by_mouth(search: MouthSearch, path: Path) -> tuple[Pose, float]:
         raise InputError(_mirrored(path, best.agreement, mirrored.agreement))
     if abs(best.pose.turn_deg) > MOST_TILT_DEG:
         raise InputError(
-            f"{path}: the crack agrees with the mouth if the scan is turned by {best.pose.turn_deg:.0f} degrees, but at "
-            f"most {MOST_TILT_DEG:g} are allowed without named points. Turn the scan, or name points."
+            f"{path}: the crack agrees with the mouth if the scan is turned by {best.pose.turn_deg:.0f} degrees, but "
+            f"at most {MOST_TILT_DEG:g} are allowed without named points. Turn the scan, or name points."
         )
     second = search.best(mirrored=False, without_deg=best.pose.turn_deg)
     if second.agreement > best.agreement - SURER:
@@ -278,8 +281,7 @@ def _by_mouth(search: MouthSearch, path: Path) -> tuple[Pose, float]:
             f"{path}: the crack agrees with the mouth to {best.agreement:.2f}, and turned by "
             f"{second.pose.turn_deg:.0f} degrees to {second.agreement:.2f} of 1, so its position is uncertain. {remedy}"
         )
-    pose = search.refined(best.pose)
-    return pose, search.agreement(pose)
+    return best.pose
 
 
 def _mapped(points_mm: Floats, target: Target) -> HeightMap:
@@ -314,7 +316,7 @@ def _levelled_on_face(heights: HeightMap, face: Booleans) -> tuple[HeightMap, Fl
     used = face & heights.known
     centre_mm = np.array([x_mm[used].mean(), y_mm[used].mean()])
     design = np.stack([np.ones_like(x_mm), x_mm - centre_mm[0], y_mm - centre_mm[1]], axis=-1)
-    plane, off_mm = np.zeros(3), heights.height_mm
+    plane, spread_mm = np.zeros(3), 0.0
     for _ in range(5):
         off_mm = heights.height_mm - design @ plane
         middle_mm = float(np.median(off_mm[used]))
@@ -323,9 +325,8 @@ def _levelled_on_face(heights: HeightMap, face: Booleans) -> tuple[HeightMap, Fl
         plane = np.linalg.lstsq(design[kept], heights.height_mm[kept], rcond=None)[0]
     off_mm = heights.height_mm - design @ plane
     kept = used & (np.abs(off_mm) <= max(3 * spread_mm, 1e-6))
-    covariance = max(
-        (_plane_covariance(off_mm, design, kept, heights.cell_mm, side) for side in BLOCKS_MM), key=np.trace
-    )
+    covariances = [_plane_covariance(off_mm, design, kept, heights.cell_mm, side_mm) for side_mm in BLOCKS_MM]
+    covariance = max(covariances, key=np.trace)
     residual_mm = float(np.sqrt(np.mean(off_mm[kept] ** 2)))
     slope_deg = float(np.degrees(np.arctan(np.hypot(*plane[1:]))))
     return replace(heights, height_mm=off_mm), covariance, residual_mm, slope_deg, centre_mm
@@ -333,7 +334,7 @@ def _levelled_on_face(heights: HeightMap, face: Booleans) -> tuple[HeightMap, Fl
 
 def _plane_covariance(off_mm: Floats, design: Floats, kept: Booleans, cell_mm: float, side_mm: float) -> Floats:
     row, column = np.nonzero(kept)
-    step = max(int(round(side_mm / cell_mm)), 1)
+    step = max(round(side_mm / cell_mm), 1)
     _, block, count = np.unique((row // step) * 100_000 + column // step, return_inverse=True, return_counts=True)
     means_mm = np.bincount(block, off_mm[kept]) / count
     rows = np.stack([np.bincount(block, design[kept][:, k]) / count for k in range(3)], axis=1)

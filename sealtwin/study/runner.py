@@ -301,10 +301,12 @@ def _pickled(folder: Path, settings_json: str) -> bytes:
     sample = record_files.read_sample(folder)
     if settings_json:
         from validate.readings.read_readings import read_readings
+        from validate.readings.reading_checks import Filling
 
         settings = Readings.model_validate_json(settings_json)
-        sheet = folder / INPUTS / settings.file.name
-        readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm)
+        sheet = folder / INPUTS / settings.path.name
+        crack = Filling(sample.outline, sample.solid)
+        readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm, crack)
         sample = replace(sample, readings=readings)
     return pickle.dumps(sample)
 

@@ -226,14 +226,15 @@ def _readings(
     sample: Path, trial: Trial, crack_mm: tuple[float, float], caliper: Path | None, data: DataKind | None
 ) -> tuple[Profile, Readings]:
     from validate.readings.read_readings import read_readings
+    from validate.readings.reading_checks import Filling
 
     settings, trial_sheet = trial.readings, None
     if settings is not None:
-        trial_sheet = sample / INPUTS / settings.file.name
+        trial_sheet = sample / INPUTS / settings.path.name
     sheet = caliper or trial_sheet
     if sheet is None:
         raise InputError(f"{sample.parent.parent}: the study's trial has no readings. Give --caliper SHEET and --data.")
-    check_sheet(sheet)
+    check_sheet(sheet, settings)
     if trial_sheet is None or files.sha256(sheet) != files.sha256(trial_sheet):
         if data is None:
             raise InputError(
@@ -244,7 +245,8 @@ def _readings(
         settings = settings or Readings(file=sheet, data=data, role="held-out")
         settings = settings.model_copy(update={"data": data})
     settings = present(settings, "the settings of the study's own sheet")
-    return read_readings(sheet, settings, *crack_mm), settings
+    crack = Filling(record_files.read_outline(sample), record_files.read_solid(sample))
+    return read_readings(sheet, settings, *crack_mm, crack), settings
 
 
 def _scene(folder: Path, run: StudyRun) -> FillScene:

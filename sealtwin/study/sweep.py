@@ -146,7 +146,7 @@ def _wanted(
 ) -> list[WantedRun]:
     """Return the runs with their digitised samples. They are drafts unless the options or the run require accuracy."""
     readings = planned[0].trial.readings
-    names = [*DIGITISED, *([] if readings is None else [f"{INPUTS}/{readings.file.name}"])]
+    names = [*DIGITISED, *([] if readings is None else [f"{INPUTS}/{readings.path.name}"])]
     homes = {name: folder / "samples" / name for name in dict.fromkeys(samples.values())}
     digitised = {name: record_files.read_sample(home) for name, home in homes.items()}
     inputs = {name: {file: files.sha256(home / file) for file in names} for name, home in homes.items()}

@@ -15,6 +15,7 @@ from sealtwin.core.facts import doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, UNNUMBERED, RunFolder, other_numbers
 from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, trial_text
+from validate.settings import Readings
 
 StageName = Literal["digitise", "simulate", "validate"]
 
@@ -108,9 +109,9 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
         )
     sheet = None
     if trial.readings is not None:
-        sheet = source / trial.readings.file
-        check_sheet(sheet)
-        copied = trial.readings.model_copy(update={"file": Path("inputs") / sheet.name})
+        sheet = source / trial.readings.path
+        check_sheet(sheet, trial.readings)
+        copied = trial.readings.at_path(Path("inputs") / sheet.name)
         trial = trial.model_copy(update={"readings": copied})
     return Job(trial, source, folder, sheet, device, progress)
 
@@ -120,7 +121,7 @@ def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Set
     trial = load_trial(folder.path / "trial.toml", settings)
     if settings:
         return start_job(trial, folder.path, folder, device, progress)
-    sheet = None if trial.readings is None else folder.path / trial.readings.file
+    sheet = None if trial.readings is None else folder.path / trial.readings.path
     return Job(trial, folder.path, folder, sheet, device, progress)
 
 
@@ -198,7 +199,8 @@ def adopt_trial(job: Job) -> None:
     if job.source.resolve() == job.path.resolve() and load_trial(job.path / "trial.toml") == job.trial:
         return
     if job.sheet is not None and job.trial.readings is not None:
-        files.write_if_new(job.path / job.trial.readings.file, plain_files.read_bytes(job.sheet, LARGEST_SHEET_BYTES))
+        largest = plain_files.LARGEST_BYTES if job.trial.readings.scan else LARGEST_SHEET_BYTES
+        files.write_if_new(job.path / job.trial.readings.path, plain_files.read_bytes(job.sheet, largest))
     sample = job.trial.shown_by
     names = {role: Path(file.name) for role, file in sample_files(job.trial).items()}
     table = "photo" if sample is job.trial.photo else "mesh"
@@ -206,10 +208,13 @@ def adopt_trial(job: Job) -> None:
     files.write_if_new(job.path / "trial.toml", trial_text(resolved).encode())
 
 
-def check_sheet(sheet: Path) -> None:
+def check_sheet(sheet: Path, readings: Readings | None = None) -> None:
+    """Raise InputError if the sheet or the scan of readings is missing, or if a sheet is too large."""
+    is_scan = readings is not None and readings.scan is not None
     if not sheet.is_file():
-        raise InputError(f"{sheet}: not found, but readings.file names it. Put the file there, or remove [readings].")
-    if sheet.stat().st_size > LARGEST_SHEET_BYTES:
+        key = "scan" if is_scan else "file"
+        raise InputError(f"{sheet}: not found, but readings.{key} names it. Put the file there, or remove [readings].")
+    if not is_scan and sheet.stat().st_size > LARGEST_SHEET_BYTES:
         raise InputError(
             f"{sheet}: is larger than {LARGEST_SHEET_BYTES / 1e6:g} MB, but a sheet of readings has only some kB."
         )

@@ -16,7 +16,7 @@ from sealtwin.core.settings import Settings, SettingsFaults, checked, dotted_nam
 from simulate.material_file import Material
 from simulate.pour import Pour
 from simulate.settings import LAWS, Fluid, Nozzle, SampleSlope, Solver, excluded_by
-from validate.settings import ANGLE, Gate, Readings, Uncertainty
+from validate.settings import ANGLE, OF_THE_READINGS, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
 MAX_SEEDS = 20  # Largest number of runs of one trial that differ only in the seed
@@ -128,6 +128,13 @@ class Trial(Settings):
                 "uncertainty.volume_ml follows from path.weighed, so they cannot be combined; omit "
                 "uncertainty.volume_ml"
             )
+        if self.readings is not None and self.readings.scan is not None:
+            of_calipers = (*OF_THE_READINGS, "pass_mm", "repeatability_mm")
+            if declared := [name for name in of_calipers if getattr(self.uncertainty, name) is not None]:
+                raise ValueError(
+                    f"uncertainty.{declared[0]} is an error of caliper readings, but readings.scan gives a scan; omit "
+                    f"uncertainty.{declared[0]}"
+                )
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
         if unknown := [name for name in fitted if name not in SETTINGS]:
             raise ValueError(f"readings.fitted: {'; '.join(map(no_such_setting, unknown))}")

@@ -33,7 +33,7 @@ from validate.result import COMPARISON, PREDICTION, Evidence, ReadingsSheet, See
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-REPORT_FORM = 16  # Version of the report's content and layout. A report of another version is written again
+REPORT_FORM = 17  # Version of the report's content and layout. A report of another version is written again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest for the runs of 'sealtwin validate RUN --uncertainty', and the file with their results."""
 SEED_RUNS = "seeds.json"
@@ -57,8 +57,8 @@ def bring_up_to_date(job: Job) -> bool:
     }
     sheets = {}
     if trial.readings is not None and job.sheet is not None:
-        check_sheet(job.sheet)
-        sheets = {trial.readings.file.as_posix(): files.sha256(job.sheet)}
+        check_sheet(job.sheet, trial.readings)
+        sheets = {trial.readings.path.as_posix(): files.sha256(job.sheet)}
     inputs |= sheets
     spread = read_spread(job)
     if spread is not None:
@@ -248,7 +248,7 @@ def sheet_of(job: Job) -> ReadingsSheet | None:
     """
     if job.sheet is None or job.trial.readings is None:
         return None
-    name, digest = job.trial.readings.file.name, files.sha256(job.sheet)
+    name, digest = job.trial.readings.path.name, files.sha256(job.sheet)
     origin = _recorded_origin(job.source)
     if origin is not None and origin.sha256 == digest:
         return origin

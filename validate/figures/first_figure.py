@@ -9,8 +9,20 @@ from matplotlib.figure import Figure
 
 from sealtwin.core.arrays import Pixels
 from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory, unit
+from sealtwin.core.scan_figures import Scan
 from validate.figures.particles import draw_solid_across, plane_at
-from validate.figures.theme import INK, MEASURED, MUTED, ON_GROUND, SIMULATED, draw_band, draw_face, draw_ground, themed
+from validate.figures.theme import (
+    DEVIATIONS,
+    INK,
+    MEASURED,
+    MUTED,
+    ON_GROUND,
+    SIMULATED,
+    draw_band,
+    draw_face,
+    draw_ground,
+    themed,
+)
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel, SeedRuns
 from validate.run_facts import levels_in_words
@@ -44,6 +56,8 @@ BAND_READ, BAND_NEXT = "error of the readings, 19 of 20", "one further run, 19 o
 """Labels of two 95 % bands: of all readings together, and of a run with another seed. They avoid the word "band", which
 is easily taken for a tolerance."""
 LABELLED_MM = 0.5  # Smallest error that is labelled with its number
+MOST_SHOWN = 0.98  # Quantile of the deviations at which their colours end
+MANY = 40  # Number of stations above which dots and bars would touch, and the readings are a line
 NEAR_END = 0.06  # Fraction of the length at each end in which a label is beside its position
 OBLIQUE = 0.3  # Largest offset of a drawn wall point along the crack, divided by its offset across the crack
 ONE_TO_ONE = 1.05  # Heights and lengths get the same scale if their scales differ by less than this factor
@@ -89,7 +103,9 @@ class FirstFigure:
         inch_per_mm = layout.along / length_mm * self.stretch(layout)
         half_mm = self.straight.shape[0] * length_mm / (self.straight.shape[1] - 1) / 2
         strip_mm = min(half_mm, layout.strip / inch_per_mm / 2)
-        heights = [2 * strip_mm * inch_per_mm, float(np.diff(self._ends_mm)[0]) * inch_per_mm]
+        scan = None if self.readings is None else self.readings.scan
+        strips = 1 if scan is None else 2
+        heights = [2 * strip_mm * inch_per_mm] * strips + [float(np.diff(self._ends_mm)[0]) * inch_per_mm]
         if self.comparison is not None and self.readings is not None:
             heights.append(layout.error)
         width, total = layout.width, sum(heights) + layout.gap * len(heights) + layout.foot
@@ -105,9 +121,11 @@ class FirstFigure:
             hspace=layout.gap / np.mean(heights),
         ).subplots(sharex=True)
         self._draw_photo(rows[0], strip_mm, half_mm, layout)
-        self._draw_level(rows[1], layout)
+        if scan is not None:
+            self._draw_deviation(rows[1], scan, strip_mm, half_mm, layout)
+        self._draw_level(rows[strips], layout)
         if self.comparison is not None and self.readings is not None:
-            self._draw_error(rows[2], self.readings, self.comparison, layout)
+            self._draw_error(rows[strips + 1], self.readings, self.comparison, layout)
         for row in rows:
             row.tick_params(labelsize=layout.font_pt)
         ticks = np.append(_tens(length_mm), length_mm)
@@ -115,7 +133,7 @@ class FirstFigure:
         rows[-1].set_xticks(ticks, [f"{tick:.4g}" for tick in np.round(ticks, 1)])
         rows[-1].set_xlabel("distance along the crack from its start (mm)", fontsize=layout.font_pt)
         if layout.right > 1:
-            level, section_in = rows[1].get_position(), layout.right - 0.45
+            level, section_in = rows[strips].get_position(), layout.right - 0.45
             box = (1 - (section_in + 0.1) / width, level.y0, section_in / width, level.height)
             self._draw_section(figure.add_axes(box), section_in / inch_per_mm, layout)
         return figure
@@ -147,6 +165,37 @@ class FirstFigure:
         axes.set_yticks([-round(shown_mm / 2), 0, round(shown_mm / 2)])
         _title(axes, "Crack from above, straightened, mm", "; arrow: nozzle's direction", layout)
 
+    def _draw_deviation(self, axes: Axes, scan: Scan, shown_mm: float, half_mm: float, layout: FirstLayout) -> None:
+        """Draw the simulated minus the scanned height over the photo in grey. Holes of the scan show the photo."""
+        grey = self.straight.mean(axis=2) / 255
+        length_mm = self.outline.length_mm
+        axes.imshow(grey, cmap="gray", vmin=0, vmax=1, extent=(0.0, length_mm, -half_mm, half_mm), aspect="auto")
+        deviation_mm = scan.deviation_mm(self.profile.level_at_mm(scan.s_mm))
+        most_mm = float(np.nanquantile(np.abs(deviation_mm), MOST_SHOWN)) if np.isfinite(deviation_mm).any() else 1.0
+        most_mm = max(np.ceil(2 * most_mm) / 2, 0.5)
+        picture = axes.imshow(
+            deviation_mm,
+            cmap=DEVIATIONS,
+            vmin=-most_mm,
+            vmax=most_mm,
+            alpha=0.85,
+            extent=(0.0, length_mm, scan.across_mm[0], scan.across_mm[-1]),
+            origin="lower",
+            aspect="auto",
+        )
+        axes.set_ylim(-shown_mm, shown_mm)
+        axes.grid(visible=False)
+        axes.set_yticks([-round(shown_mm / 2), 0, round(shown_mm / 2)])
+        scale = axes.inset_axes((1.02, 0.0, 0.012, 1.0) if layout.right > 1 else (0.55, 1.12, 0.42, 0.1))
+        axes.figure.colorbar(
+            picture,
+            cax=scale,
+            orientation="vertical" if layout.right > 1 else "horizontal",
+            ticks=[-most_mm, 0.0, most_mm],
+        )
+        scale.tick_params(labelsize=layout.font_pt, length=2)
+        _title(axes, "Simulated minus scanned, mm", "; red: simulated too high, grey: not scanned", layout)
+
     def _draw_level(self, axes: Axes, layout: FirstLayout) -> None:
         profile, readings, prediction, seeds = self.profile, self.readings, self.prediction, self.seeds
         low_mm, high_mm = self._ends_mm
@@ -162,11 +211,13 @@ class FirstFigure:
             if self.comparison is not None and self.comparison.uncertainty is not None:
                 bands, read_mm = self.comparison.uncertainty.levels, readings.level_mm
                 draw_band(axes, bands.s_mm, read_mm, bands.profile_band_95_mm, MUTED, 0.28, BAND_READ)
-                axes.errorbar(
-                    bands.s_mm, read_mm, bands.band_95_mm, fmt="none", ecolor=MEASURED, elinewidth=1.1, capsize=2.5
-                )
-            name = "readings" if readings.data == "measured" else f"readings ({readings.data})"
-            axes.plot(readings.s_mm, readings.level_mm, "o", color=MEASURED, markersize=5, label=name)
+                if len(read_mm) <= MANY:
+                    bars = {"fmt": "none", "ecolor": MEASURED, "elinewidth": 1.1, "capsize": 2.5}
+                    axes.errorbar(bands.s_mm, read_mm, bands.band_95_mm, **bars)
+            name = "readings" if readings.scan is None else "scan"
+            name += "" if readings.data == "measured" else f" ({readings.data})"
+            size = 5.0 if len(readings.s_mm) <= MANY else 2.0
+            axes.plot(readings.s_mm, readings.level_mm, "o", color=MEASURED, markersize=size, label=name)
         if seeds is not None and prediction is None:
             draw_band(axes, s_mm, profile.level_mm, seeds.band_95_mm, SIMULATED, 0.3, BAND_NEXT)
         # Drawn over the bands, since no level is below the floor.
@@ -185,7 +236,8 @@ class FirstFigure:
             bands = comparison.uncertainty.levels
             draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, MUTED, 0.28)
         axes.fill_between(error.x, 0.0, error.value, color=SIMULATED, alpha=0.3, linewidth=0)
-        axes.bar(comparison.stations.s_mm, comparison.stations.error_mm, 0.011 * length_mm, color=INK)
+        width_mm = min(0.011 * length_mm, 0.5 * length_mm / len(comparison.stations.s_mm))
+        axes.bar(comparison.stations.s_mm, comparison.stations.error_mm, width_mm, color=INK)
         draw_face(axes)
         # The largest error is inside, with its number.
         most_mm = max(1.0, 2.0 * float(np.abs(error.value).max()))

@@ -41,6 +41,7 @@ THIRD = "#009e73"
 AGES = "viridis"
 HEIGHTS = "cividis"
 SPEEDS = "plasma"  # Colour maps of the sealant's age, height and speed
+DEVIATIONS = "RdBu_r"  # Colour map of differences: blue below 0, white at 0, red above
 
 ALONG = "s from the end where the nozzle starts (mm)"  # Label of the axis along the crack
 LEVEL = "level from the face (mm)"

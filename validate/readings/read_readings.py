@@ -28,7 +28,9 @@ def read_readings(
     depth_mm: float | None = None,
     filling: Filling | None = None,
 ) -> Profile:
-    """Read a CSV or XLSX as levels from the sample's surface: mean and repeats of each station, sorted along s.
+    """Read a sheet or a scan as levels from the sample's surface, sorted along s.
+
+    A scan needs ``filling``, and is read by ``read_scan``. A CSV or XLSX gives mean and repeats of each station.
 
     A sheet has a header of up to three rows, and a row for each station, or a row for each reading with a column that
     counts repeats. Rows may have any order. A blank field is a missing reading, and a station without readings is left
@@ -43,6 +45,12 @@ def read_readings(
         SheetFaults: Something in the sheet is unclear. The error lists everything, with location, value and remedy.
         InputError: The file cannot be opened.
     """
+    if isinstance(settings, Readings) and settings.scan is not None:
+        from validate.readings.scan import read_scan
+
+        if filling is None:
+            raise InputError(f"{path}: a scan can only be read for a crack and its solid.")
+        return read_scan(path, settings, filling.outline, filling.solid)
     return readings_of(read_grid(path, settings.sheet, settings.separator), settings, length_mm, depth_mm, filling)
 
 

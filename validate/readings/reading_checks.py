@@ -95,8 +95,8 @@ class Filling:
 
     outline: Outline
     solid: Solid
-    volume_mm3: float
-    simulated: Profile | None
+    volume_mm3: float = 0.0  # 0 if it is unknown
+    simulated: Profile | None = None
 
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
         """Return the volume of sealant below a level. Beyond the outer stations, the level is taken as constant."""

@@ -1,11 +1,12 @@
 """Read the level along the crack from a scan of the sealed face."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter, label, uniform_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter, uniform_filter
+from skimage.measure import label
 
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.arrays import unit
@@ -32,6 +33,7 @@ BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
 SMOOTH_MM, RAISED_SD, RAISED_MM = 0.5, 4.0, 0.1
 """Sealant on the face: smoothed heights above this many standard deviations of the face's, and this many mm."""
 TIP_MM = 2.0  # Width of a usual caliper's tip
+SPECKLE = 2.0  # Distance in cells up to which a picture of the heights has no holes
 COVERAGE = 2.0  # Half-width of a 95 % interval in standard uncertainties
 MARGIN = 2.0  # Half the width of the heights along the crack, divided by the crack's mean width
 
@@ -85,7 +87,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
         under_face_mm3=under[0],
         under_face_95_mm3=under[1],
     )
-    scan = Scan(figures, *_along(placed.heights, outline), covariance, tip_level_mm)
+    scan = Scan(figures, *_along(surface, outline), covariance, tip_level_mm)
     data, dialect = settings.data, _dialect(figures, path)
     return Profile(s_mm, level_mm, level_mm[:, None], data, path.name, dialect, scan=scan)
 
@@ -156,8 +158,10 @@ class _Surface:
         face = face & (np.abs(np.nan_to_num(heights.height_mm, nan=np.inf)) < limit_mm)
         along = max(round(STATION_MM / heights.cell_mm), 1)
         size = max(round(width_mm / heights.cell_mm), 1), along
-        share = uniform_filter(face.astype(float), size, mode="constant")
-        mean_mm = uniform_filter(np.where(face, heights.height_mm, 0.0), size, mode="constant")
+        # SciPy's types lack one size for each axis.
+        share = uniform_filter(face.astype(float), size, mode="constant")  # pyright: ignore[reportArgumentType]
+        face_mm = np.where(face, heights.height_mm, 0.0)
+        mean_mm = uniform_filter(face_mm, size, mode="constant")  # pyright: ignore[reportArgumentType]
         whole = share > 0.6
         patch_mm = np.where(whole, mean_mm / np.maximum(share, 1e-9), np.nan)
         lags_mm2 = []
@@ -176,7 +180,7 @@ class _Surface:
         spread_mm = float(np.sqrt(np.median(smooth_mm[face] ** 2)) * 1.4826)
         beside = (smooth_mm > max(RAISED_SD * spread_mm, RAISED_MM)) & (heights.away_mm(self.mouth) < BESIDE_MM)
         over_mouth = self.mouth & (smooth_mm > 0)
-        parts, _ = label(over_mouth | (beside & ~self.mouth))
+        parts = np.asarray(label(over_mouth | (beside & ~self.mouth)))
         touching = np.unique(parts[over_mouth])
         over = np.isin(parts, touching[touching > 0])
         under = self.mouth & (smooth_mm <= 0)
@@ -236,8 +240,10 @@ def _stretches(s_mm: Floats, which: Booleans) -> tuple[Span, ...]:
     )
 
 
-def _along(heights: HeightMap, outline: Outline) -> tuple[Floats, Floats, Floats]:
-    """Return positions along and to the left of the centreline, and the heights there, (m, k)."""
+def _along(surface: _Surface, outline: Outline) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return positions along and to the left of the centreline, and heights of scan and model there, (m, k) each."""
+    heights = surface.placed.heights
+    heights = replace(heights, height_mm=heights.filled(SPECKLE))
     s_mm = np.arange(0.0, outline.length_mm, max(heights.cell_mm, outline.length_mm / 1500))
     half_mm = MARGIN * outline.mean_width_mm
     across_mm = np.linspace(-half_mm, half_mm, max(int(2 * half_mm / heights.cell_mm), 8))
@@ -248,7 +254,8 @@ def _along(heights: HeightMap, outline: Outline) -> tuple[Floats, Floats, Floats
     )
     x_mm = place[:, 0] - across_mm[:, None] * way[:, 1]
     y_mm = place[:, 1] + across_mm[:, None] * way[:, 0]
-    return s_mm, across_mm, heights.at_mm(x_mm, y_mm)
+    bottom = HeightMap(heights.corner_mm, heights.cell_mm, surface.bottom_mm)
+    return s_mm, across_mm, heights.at_mm(x_mm, y_mm), np.nan_to_num(bottom.at_mm(x_mm, y_mm))
 
 
 def _dialect(figures: ScanFigures, path: Path) -> str:

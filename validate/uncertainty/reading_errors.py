@@ -28,6 +28,7 @@ from validate.uncertainty.contradictions import (
     without_passes,
 )
 from validate.uncertainty.meniscus import Mouth
+from validate.uncertainty.scan_errors import budget_of_scan
 
 OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
@@ -53,6 +54,8 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
 
     Raises InputError for a declared error that the readings contradict.
     """
+    if measured.scan is not None:
+        return budget_of_scan(measured.scan, settings.limit_mm)
     refuse_contradicted(measured, settings, declared)
     s_mm, stations = measured.s_mm, len(measured.s_mm)
     draws = draws_for(stations)
