@@ -121,8 +121,9 @@ def sealed_crack(number: int) -> Sealed:
     if closed:
         halves_mm *= np.clip(np.minimum(t_mm, length_mm - t_mm) / (2 * width_mm), 1e-4, 1.0)[:, None] ** 0.5
     normal = left_normals(line_mm)
-    sides = (line_mm + sign * half[:, None] * normal for sign, half in zip((1, -1), halves_mm.T, strict=True))
-    outline = outline_between(line_mm, *sides, CLOSED if closed else CUT, (0.0, 0.0, length_mm + 30, 50.0))
+    left_mm, right_mm = line_mm + halves_mm[:, :1] * normal, line_mm - halves_mm[:, 1:] * normal
+    face_mm = (0.0, 0.0, length_mm + 30, 50.0)
+    outline = outline_between(line_mm, left_mm, right_mm, CLOSED if closed else CUT, face_mm)
     tilt: Tilt = ("vertical", "lean", "funnel")[number // 5 % 3]
     angle_deg = 0.0 if tilt == "vertical" else rng.uniform(1, 5)
     shape = CrackShape(depth_mm=rng.uniform(8, 25), tilt=tilt, wall_angle_deg=angle_deg or 1.0)

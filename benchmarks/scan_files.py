@@ -13,7 +13,7 @@ from scipy.spatial import Delaunay, KDTree
 from scipy.spatial.transform import Rotation
 
 from benchmarks.scan_cases import Sealed, rough
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Integers
 from sealtwin.scan.settings import MM, NamedPoint, Placement, ScanUnit
 
 FORMATS = ("binary.ply", "ascii.ply", "points.xyz", "points.csv", "mesh.stl", "mesh.ply", "map.png", "map.tiff")
@@ -55,7 +55,7 @@ def write_scan(sealed: Sealed, number: int, folder: Path, fault: Fault | None = 
     points_mm = _on_surface(sealed, rng, step_mm, walls=not kind.startswith("mesh"))
     faces = None
     if kind.startswith("mesh"):
-        faces = Delaunay(points_mm[:, :2]).simplices
+        faces = Delaunay(points_mm[:, :2]).simplices.astype(np.int64)
         sides_mm = np.linalg.norm(points_mm[faces, :2] - points_mm[np.roll(faces, 1, axis=1), :2], axis=2)
         faces = faces[sides_mm.max(axis=1) < LONGEST_STEPS * step_mm]
     if fault == "mouth only":
@@ -73,11 +73,11 @@ def write_scan(sealed: Sealed, number: int, folder: Path, fault: Fault | None = 
     return path, Placement(units=unit, points=tuple(named))
 
 
-def _write(points: Floats, faces: Floats | None, path: Path) -> None:
+def _write(points: Floats, faces: Integers | None, path: Path) -> None:
     if faces is not None:
         trimesh.Trimesh(points, faces, process=False).export(path)
     elif path.suffix == ".ply":
-        path.write_bytes(trimesh.PointCloud(points).export(file_type="ply", encoding=path.stem.split("-")[-1]))
+        trimesh.PointCloud(points).export(path, file_type="ply", encoding=path.stem.split("-")[-1])
     else:
         comma = path.suffix == ".csv"
         header = "x,y,z" if comma else ""

@@ -1,4 +1,4 @@
-"""Mean level of an emulated scan after Open3D's ICP to the drawn surface, to judge ``benchmarks.scans`` from outside."""
+"""Mean level of an emulated scan after Open3D's ICP to the drawn surface, for ``benchmarks.scans``."""
 
 from importlib import import_module
 from pathlib import Path
@@ -21,12 +21,15 @@ def written_mm(path: Path, placement: Placement, number: int) -> Floats:
     """Return the points of a scan with a number, brought back into the sample's frame by the drawn pose, (n, 3)."""
     turn, shift_mm = drawn_pose(np.random.default_rng([2025, number]))
     if placement.step_mm is not None:
-        counts = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[::-1]
+        counts = np.array(cv2.imread(str(path), cv2.IMREAD_UNCHANGED))[::-1]
         row, column = np.nonzero(counts)
         plan_mm = np.column_stack([column, row]) * placement.step_mm
         scan_mm = np.column_stack([plan_mm, counts[row, column] * COUNT_MM - MAP_Z_MM])
     elif path.suffix in (".ply", ".stl"):
-        scan_mm = np.unique(trimesh.load(path, process=False).vertices, axis=0) * MM[placement.units or "mm"]
+        scan_mm = (
+            np.unique(np.array(trimesh.load_scene(path, process=False).to_geometry().vertices), axis=0)
+            * MM[placement.units or "mm"]
+        )
     else:
         header = int(path.suffix == ".csv")
         scan_mm = np.loadtxt(path, skiprows=header, delimiter="," if header else None) * MM[placement.units or "mm"]
