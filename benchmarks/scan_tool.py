@@ -2,6 +2,7 @@
 
 from importlib import import_module
 from pathlib import Path
+from typing import cast
 
 import cv2
 import numpy as np
@@ -26,10 +27,9 @@ def written_mm(path: Path, placement: Placement, number: int) -> Floats:
         plan_mm = np.column_stack([column, row]) * placement.step_mm
         scan_mm = np.column_stack([plan_mm, counts[row, column] * COUNT_MM - MAP_Z_MM])
     elif path.suffix in (".ply", ".stl"):
-        scan_mm = (
-            np.unique(np.array(trimesh.load_scene(path, process=False).to_geometry().vertices), axis=0)
-            * MM[placement.units or "mm"]
-        )
+        # Points and triangles both have vertices, but the type of what is loaded does not say so.
+        cloud = cast(trimesh.PointCloud, trimesh.load_scene(path, process=False).to_geometry())
+        scan_mm = np.unique(np.array(cloud.vertices), axis=0) * MM[placement.units or "mm"]
     else:
         header = int(path.suffix == ".csv")
         scan_mm = np.loadtxt(path, skiprows=header, delimiter="," if header else None) * MM[placement.units or "mm"]
