@@ -43,7 +43,8 @@ def write_scan(sealed: Sealed, number: int, folder: Path, fault: Fault | None = 
     pose = drawn_pose(rng)
     step_mm = float(rng.uniform(0.1, 0.3))
     kind = "points.xyz" if fault else FORMATS[number % len(FORMATS)]
-    path = folder / f"{number}-{fault or 'sound'}-{kind}".replace(" ", "-")
+    # The name does not tell the fault, which messages are searched for.
+    path = folder / f"{number}-{kind}"
     if kind.startswith("map"):
         _write_map(sealed, rng, pose, step_mm, path)
         return path, Placement(step_mm=step_mm, count_mm=COUNT_MM)

@@ -33,14 +33,14 @@ from validate.settings import Readings
 
 SCANS, LEAST_INSIDE = 40, 36
 LEAST_MM3 = 50.0  # Smallest volume above the face whose relative error is judged
-FAULT_OF = 4  # Number of the case that all faults are drawn in
+FAULT_OF = 28  # Number of the case with all faults: its sound scan is read
 CAUSES: dict[Fault, str] = {
     "mirrored": r"mirror",
     "metres": r"units?\b",
     "inches": r"units?\b",
     "far": r"\bfar|1e\+?0?6|large|offset|shift",
     "exchanged": r"mark [12]",
-    "mouth only": r"face",
+    "mouth only": r"(no|without|little|few|missing|not|only)\b[^.]*\bface|face\b[^.]*\b(missing|not scanned|covered)",
 }
 """Word of the cause that the message of a refusal must contain."""
 
