@@ -27,6 +27,8 @@ class ScanFigures:
     """Angle by which the scan was tilted to make the face horizontal."""
     agreement: float | None
     """Correlation of the hollow or heap in the scan with the crack's mouth, at most 1. None if neither is visible."""
+    agreement_turned: float | None
+    """Largest such correlation if the scan is turned by more than 30 degrees. None with named points."""
     points_off_mm: float | None
     """RMS distance of the named points from their places. None without named points."""
     along_sd_mm: float

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -18,8 +17,9 @@ STEP_DEG = 3.0
 AROUND_MM = 8.0  # Width of the face around the mouth that takes part in the agreement
 NOISE_SD = 2.0, 6.0  # Heights below the first are flat and above the second hollow or heap, in standard deviations
 LEAST_MM = 0.15  # Smallest height of a hollow or heap
-ALIKE_DEG = 20.0  # Poses closer than this belong to one position
-PARTS = 5  # Number of stretches of the crack whose own positions show the uncertainty of the common one
+MOST_TURN_DEG = 30.0  # Largest angle between the axes of a scan and the photo along the face
+REFINED = 3  # Number of coarse positions that are refined before they are compared
+PARTS = 5  # Number of stretches of the crack that are left out in turn
 
 
 @dataclass(frozen=True)
@@ -92,44 +92,46 @@ class MouthSearch:
         return gaussian_filter(self._picture, 0.7)
 
     @cached_property
-    def _candidates(self) -> dict[bool, list[Candidate]]:
-        return {mirrored: self._searched(mirrored) for mirrored in (False, True)}
-
-    def _searched(self, mirrored: bool) -> list[Candidate]:
-        """Return the best shift for each turn."""
+    def _candidates(self) -> list[Candidate]:
+        """The best shift for each turn."""
         cell_mm, candidates = self.map.cell_mm, list[Candidate]()
-        picture = (self._picture[:, ::-1] if mirrored else self._picture).astype(np.float32)
-        width_mm = picture.shape[1] * cell_mm
-        corner_mm = (
-            np.array([-self.map.corner_mm[0] - width_mm, self.map.corner_mm[1]]) if mirrored else (self.map.corner_mm)
-        )
         for turn_deg in np.arange(-180.0, 180.0, STEP_DEG).tolist():
             back = _turn(turn_deg)
-            samples = self.samples_mm @ back  # Places of the template before the scan's turn
+            samples = self.samples_mm @ back  # Samples of the template before the scan's turn
             low = samples.min(axis=0)
-            at = np.rint((samples - low) / cell_mm).astype(int)
-            shape = at.max(axis=0)[::-1] + 1
+            index = np.rint((samples - low) / cell_mm).astype(int)
+            shape = index.max(axis=0)[::-1] + 1
             template, mask = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-            template[at[:, 1], at[:, 0]], mask[at[:, 1], at[:, 0]] = self.template, 1.0
+            template[index[:, 1], index[:, 0]], mask[index[:, 1], index[:, 0]] = self.template, 1.0
             pad = (np.array(shape) // 2).tolist()
-            padded = np.pad(picture, ((pad[0], pad[0]), (pad[1], pad[1])))
+            padded = np.pad(self._picture, ((pad[0], pad[0]), (pad[1], pad[1]))).astype(np.float32)
             if (np.array(padded.shape) < shape).any():
                 continue
             scores = cv2.matchTemplate(padded, template, cv2.TM_CCOEFF_NORMED, mask=mask)
             scores[~np.isfinite(scores)] = -1.0
             row, column = np.unravel_index(int(scores.argmax()), scores.shape)
-            place = corner_mm + cell_mm * (np.array([column - pad[1], row - pad[0]]) + 0.5)
-            shift = (low - place) @ back.T
+            corner_mm = self.map.corner_mm + cell_mm * (np.array([column - pad[1], row - pad[0]]) + 0.5)
+            shift = (low - corner_mm) @ back.T
             candidates.append(Candidate(Pose(turn_deg, *shift.tolist()), float(scores[row, column])))
         return candidates
 
-    def best(self, *, mirrored: bool, without_deg: float | None = None) -> Candidate:
-        """Return the best position, of those turned by at least ``ALIKE_DEG`` from an angle if one is given."""
-        candidates = self._candidates[mirrored]
-        if without_deg is not None:
-            apart = [abs((entry.pose.turn_deg - without_deg + 180) % 360 - 180) for entry in candidates]
-            candidates = [entry for entry, angle in zip(candidates, apart, strict=True) if angle >= ALIKE_DEG]
-        return max(candidates, key=lambda entry: entry.agreement, default=Candidate(Pose(0.0, 0.0, 0.0), -1.0))
+    @property
+    def seen_mm2(self) -> float:
+        """Scanned area in mm²."""
+        return float(self.map.known.sum()) * self.map.cell_mm**2
+
+    @property
+    def mouth_mm2(self) -> float:
+        """Area of the mouth in mm²."""
+        return float(self.template.sum()) * self.map.cell_mm**2
+
+    def best(self, *, turned: bool) -> Candidate:
+        """Return the best position, of those turned by more than ``MOST_TURN_DEG`` or of the others."""
+        candidates = [entry for entry in self._candidates if (abs(entry.pose.turn_deg) > MOST_TURN_DEG) == turned]
+        candidates.sort(key=lambda entry: -entry.agreement)
+        poses = [self.refined(entry.pose) for entry in candidates[:REFINED]]
+        fits = [Candidate(pose, self.agreement(pose)) for pose in poses]
+        return max(fits, key=lambda entry: entry.agreement, default=Candidate(Pose(0.0, 0.0, 0.0), -1.0))
 
     def agreement(self, pose: Pose, part: Integers | None = None) -> float:
         """Return the correlation of the scan's hollows and heaps with the mouth, -1 to 1."""
@@ -148,9 +150,8 @@ class MouthSearch:
 
         def moved(change: Floats) -> Pose:
             turn_deg = pose.turn_deg + float(change[0])
-            at = pose.back(middle[None])[0]
-            goal = middle + change[1:]
-            return Pose(turn_deg, *(goal - _turn(turn_deg) @ at).tolist())
+            before_mm = pose.back(middle[None])[0]
+            return Pose(turn_deg, *(middle + change[1:] - _turn(turn_deg) @ before_mm).tolist())
 
         sides = np.array([[0, 0, 0], [STEP_DEG, 0, 0], [0, 2 * cell_mm, 0], [0, 0, 2 * cell_mm]], dtype=float)
         options = {"initial_simplex": sides, "xatol": 1e-3, "fatol": 1e-6, "maxiter": 300}
@@ -161,21 +162,16 @@ class MouthSearch:
         return moved(minimize(off, np.zeros(3), method="Nelder-Mead", options=options).x)
 
     def shift_sd_mm(self, pose: Pose, centreline_mm: Floats) -> float:
-        """Return the standard uncertainty of the position, from the own positions of stretches of the crack."""
-        ends_mm = np.linspace(0.0, arc_length(centreline_mm)[-1], PARTS + 1)
-        s_mm = arc_length_at(self.samples_mm, centreline_mm)
-        shifts = []
-        for low_mm, high_mm in pairwise(ends_mm):
-            part = np.flatnonzero((s_mm >= low_mm) & (s_mm < high_mm))
-            if len(part) < 20:
-                continue
+        """Return the standard uncertainty of the position, from fits without a stretch of the crack (jackknife)."""
+        part = np.floor(arc_length_at(self.samples_mm, centreline_mm) / arc_length(centreline_mm)[-1] * PARTS)
+        sides = self.map.cell_mm * np.array([[0, 0], [1.0, 0], [0, 1.0]])
+        options = {"initial_simplex": sides, "xatol": 1e-2, "fatol": 1e-5, "maxiter": 80}
 
-            def off(change: Floats, part: Integers = part) -> float:
-                return -self.agreement(Pose(pose.turn_deg, pose.x_mm + change[0], pose.y_mm + change[1]), part)
+        def off(change: Floats, samples: Integers) -> float:
+            return -self.agreement(Pose(pose.turn_deg, pose.x_mm + change[0], pose.y_mm + change[1]), samples)
 
-            sides = self.map.cell_mm * np.array([[0, 0], [1.5, 0], [0, 1.5]])
-            options = {"initial_simplex": sides, "xatol": 1e-2, "fatol": 1e-5, "maxiter": 100}
-            shifts.append(minimize(off, np.zeros(2), method="Nelder-Mead", options=options).x)
-        if len(shifts) < 2:
-            return self.map.cell_mm
-        return float(np.sqrt(np.var(shifts, axis=0, ddof=1).sum() / len(shifts)))
+        shifts_mm = [
+            minimize(off, np.zeros(2), np.flatnonzero(part != number), method="Nelder-Mead", options=options).x
+            for number in range(PARTS)
+        ]
+        return float(np.sqrt((PARTS - 1) * np.var(shifts_mm, axis=0).sum()))

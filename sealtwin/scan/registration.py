@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from sealtwin.core.arrays import Booleans, Floats
 from sealtwin.core.errors import InputError
 from sealtwin.scan.height_map import MAD, HeightMap
-from sealtwin.scan.mouth_search import MouthSearch, Pose
+from sealtwin.scan.mouth_search import MOST_TURN_DEG, MouthSearch, Pose
 from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
 
 PlacedBy = Literal["points", "mouth"]
@@ -32,10 +32,13 @@ POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
 TRIED = 6  # Number of named points up to which all orders are tried
 LEAST_AGREEMENT = 0.5
 """Smallest correlation of the scan's hollow or heap with the mouth. Wrong positions of random cracks reach 0.4."""
-SURER = 0.08  # A position is certain if its agreement exceeds that of every other by this difference
+SURER = 0.08  # Difference of the agreements above which one position is clearly better
+LEAST_AREA = 3.0  # Smallest area of a scan, divided by the area of the mouth
+REMEDY = "Give at least three named points in readings.placement.points."
 CELLS_MM, ACROSS, FINER = (0.4, 1.0), 3.0, 4.0
 """Smallest and largest cell of the search, its cells across the mouth, and how much finer the last step is."""
 SAMPLED, PLANES, OF_FACE = 40_000, 400, 0.4  # Points and planes of the first fit, and the smallest share on the face
+COARSE_MM, FINEST_MM, CELLS_ACROSS = 4.0, 0.15, 6.0  # Cells in which points are counted; smallest cell, fewest across
 BLOCKS_MM = (3.0, 6.0, 12.0)  # Sides of the blocks whose means show how far errors of neighbours agree
 
 
@@ -61,6 +64,9 @@ class Placed:
     coverage: float  # Share of the face around the crack that was scanned
     tilt_deg: float  # Angle by which the scan was tilted
     agreement: float | None  # Correlation of the hollow or heap with the mouth. None if none is visible
+    turned: (
+        float | None
+    )  # Largest such correlation if the scan is turned by more than the allowed angle. None with points
     points_off_mm: float | None  # RMS distance of the named points from their places. None without
     along_sd_mm: float  # Standard uncertainty of the position along the face
     plane_covariance: Floats  # Of height, slope along x and slope along y, about ``centre_mm``, (3, 3)
@@ -84,14 +90,13 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
         off_mm = None
     _require_unit(points_mm, placement, target, path)
     levelled_mm, tilt_deg = _on_the_face(points_mm, path)
-    cell_mm = float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
-    search = MouthSearch.of(levelled_mm, target.rings_mm, cell_mm)
     if placement.points:
         pose, along_sd_mm = Pose(0.0, 0.0, 0.0), (off_mm or 0.0) / np.sqrt(len(placement.points))
-        agreement = _agreement_of_points(search, path)
+        agreement, turned = _agreement_of_points(_searches(levelled_mm, target), path), None
     else:
-        finer = MouthSearch.of(levelled_mm, target.rings_mm, cell_mm / FINER)
-        pose = finer.refined(search.refined(_by_mouth(search, path)))
+        pose, turned = _by_mouth(_searches(levelled_mm, target), path)
+        finer = MouthSearch.of(levelled_mm, target.rings_mm, _cell_mm(target) / FINER)
+        pose = finer.refined(pose)
         agreement = finer.agreement(pose)
         along_sd_mm = finer.shift_sd_mm(pose, target.centreline_mm)
     moved_mm = pose.apply(levelled_mm)
@@ -113,6 +118,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
         coverage,
         float(np.hypot(tilt_deg, slope_deg)),
         agreement,
+        turned,
         off_mm,
         float(along_sd_mm),
         covariance,
@@ -148,7 +154,7 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
         if upward:
             order = min(upward, key=lambda entry: entry[1])[0]
             wrong = [name for index, name in enumerate(names) if order[index] != index]
-            cause = f"Points are exchanged: without {' and '.join(wrong)} in each other's place they agree."
+            cause = f"Points are exchanged: with {' and '.join(wrong)} in other order they agree."
         raise InputError(f"{path}: the named points are {off_mm:.1f} mm (RMS) from their places. {cause}")
     exchanged = " or two points are exchanged" if upward else ""
     raise InputError(
@@ -166,9 +172,9 @@ def _orders(count: int) -> Iterator[tuple[int, ...]]:
     if count <= TRIED:
         yield from permutations(range(count))
         return
-    for one, other in combinations(range(count), 2):
+    for first, second in combinations(range(count), 2):
         order = list(range(count))
-        order[one], order[other] = other, one
+        order[first], order[second] = second, first
         yield tuple(order)
 
 
@@ -232,24 +238,37 @@ def _on_the_face(points_mm: Floats, path: Path) -> tuple[Floats, float]:
     return levelled - [0.0, 0.0, height], float(np.degrees(turn.magnitude()))
 
 
-def _agreement_of_points(search: MouthSearch, path: Path) -> float | None:
+def _cell_mm(target: Target) -> float:
+    return float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
+
+
+def _searches(levelled_mm: Floats, target: Target) -> tuple[MouthSearch, MouthSearch]:
+    """Return the searches in a scan and in its mirror image."""
+    straight, mirrored = (
+        MouthSearch.of(levelled_mm * [sign, 1.0, 1.0], target.rings_mm, _cell_mm(target)) for sign in (1.0, -1.0)
+    )
+    return straight, mirrored
+
+
+def _agreement_of_points(searches: tuple[MouthSearch, MouthSearch], path: Path) -> float | None:
     """Return how far the mouth agrees with the position by named points. None if no crack is visible.
 
     Raises InputError if another position agrees clearly better.
     """
-    placed, best = search.agreement(Pose(0.0, 0.0, 0.0)), search.best(mirrored=False)
-    mirrored = search.best(mirrored=True)
-    if max(best.agreement, mirrored.agreement) < LEAST_AGREEMENT:
+    search, mirror = searches
+    agreement = search.agreement(Pose(0.0, 0.0, 0.0))
+    best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
+    mirrored = max(mirror.best(turned=turned).agreement for turned in (False, True))
+    if max(best.agreement, mirrored) < LEAST_AGREEMENT:
         return None
-    if placed < mirrored.agreement - 2 * SURER and best.agreement < mirrored.agreement - SURER:
-        raise InputError(_mirrored(path, placed, mirrored.agreement))
-    if placed < best.agreement - 2 * SURER:
-        turn_deg = best.pose.turn_deg
+    if agreement < mirrored - 2 * SURER and best.agreement < mirrored:
+        raise InputError(_mirrored(path, agreement, mirrored))
+    if agreement < best.agreement - 2 * SURER:
         raise InputError(
-            f"{path}: at the named points the crack agrees with the mouth only to {placed:.2f}, but turned by "
-            f"{turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are exchanged, or name other places."
+            f"{path}: at the named points the crack agrees with the mouth only to {agreement:.2f}, but turned by "
+            f"{best.pose.turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are exchanged, or name other spots."
         )
-    return placed
+    return agreement
 
 
 def _mirrored(path: Path, straight: float, mirrored: float) -> str:
@@ -259,29 +278,35 @@ def _mirrored(path: Path, straight: float, mirrored: float) -> str:
     )
 
 
-def _by_mouth(search: MouthSearch, path: Path) -> Pose:
-    """Return the position at which the hollow or heap of the scan agrees best with the mouth."""
-    best, mirrored = search.best(mirrored=False), search.best(mirrored=True)
-    remedy = "Give at least three named points in readings.placement.points."
-    if max(best.agreement, mirrored.agreement) < LEAST_AGREEMENT:
+def _by_mouth(searches: tuple[MouthSearch, MouthSearch], path: Path) -> tuple[Pose, float]:
+    """Return the position at which the hollow or heap of the scan agrees best with the mouth.
+
+    Also returns the best agreement of a position that is turned by more than ``MOST_TURN_DEG``. The user excludes such
+    positions, so they matter only if they agree better.
+    """
+    search, mirror = searches
+    best, turned = search.best(turned=False), search.best(turned=True)
+    mirrored = mirror.best(turned=False).agreement, mirror.best(turned=True).agreement
+    if max(best.agreement, turned.agreement, *mirrored) < LEAST_AGREEMENT:
+        share = search.seen_mm2 / search.mouth_mm2
+        if share < LEAST_AREA:
+            raise InputError(
+                f"{path}: the scan shows {share:.1f} times the area of the crack's mouth. Most of the face is missing: "
+                "scan it on both sides of the crack."
+            )
         raise InputError(
             f"{path}: the crack is not found in the scan: its best agreement with the mouth is {best.agreement:.2f}, "
-            f"but {LEAST_AGREEMENT:g} of 1 are needed. The sealant may be level with the face. {remedy}"
+            f"but {LEAST_AGREEMENT:g} of 1 are needed. The sealant may be level with the face. {REMEDY}"
         )
-    if mirrored.agreement > best.agreement + SURER:
-        raise InputError(_mirrored(path, best.agreement, mirrored.agreement))
-    if abs(best.pose.turn_deg) > MOST_TILT_DEG:
+    if max(mirrored) > max(best.agreement, turned.agreement) + SURER or mirrored[0] > best.agreement + SURER:
+        raise InputError(_mirrored(path, best.agreement, max(mirrored)))
+    if turned.agreement > best.agreement:
         raise InputError(
-            f"{path}: the crack agrees with the mouth if the scan is turned by {best.pose.turn_deg:.0f} degrees, but "
-            f"at most {MOST_TILT_DEG:g} are allowed without named points. Turn the scan, or name points."
+            f"{path}: the crack agrees with the mouth to {best.agreement:.2f}, but turned by "
+            f"{turned.pose.turn_deg:.0f} degrees to {turned.agreement:.2f} of 1. At most {MOST_TURN_DEG:g} degrees are "
+            f"allowed without named points. Turn the scan. {REMEDY}"
         )
-    second = search.best(mirrored=False, without_deg=best.pose.turn_deg)
-    if second.agreement > best.agreement - SURER:
-        raise InputError(
-            f"{path}: the crack agrees with the mouth to {best.agreement:.2f}, and turned by "
-            f"{second.pose.turn_deg:.0f} degrees to {second.agreement:.2f} of 1, so its position is uncertain. {remedy}"
-        )
-    return best.pose
+    return best.pose, turned.agreement
 
 
 def _mapped(points_mm: Floats, target: Target) -> HeightMap:
@@ -289,9 +314,10 @@ def _mapped(points_mm: Floats, target: Target) -> HeightMap:
     rings_mm = np.vstack(target.rings_mm)
     low_mm, high_mm = rings_mm.min(axis=0) - MARGIN_MM, rings_mm.max(axis=0) + MARGIN_MM
     near = ((points_mm[:, :2] >= low_mm) & (points_mm[:, :2] <= high_mm)).all(axis=1)
-    coarse = HeightMap.of(points_mm[near], low_mm, high_mm, 1.0)
-    per_mm2 = near.sum() / max(int(coarse.known.sum()), 1)
-    cell_mm = float(np.clip(np.sqrt(2.0 / max(per_mm2, 0.05)), 0.15, max(target.width_mm / 4, 0.15)))
+    coarse = HeightMap.of(points_mm[near], low_mm, high_mm, COARSE_MM)
+    per_mm2 = near.sum() / max(coarse.known.sum() * COARSE_MM**2, 1.0)
+    widest_mm = max(target.width_mm / CELLS_ACROSS, FINEST_MM)
+    cell_mm = float(np.clip(np.sqrt(2.0 / max(per_mm2, 1e-3)), FINEST_MM, widest_mm))
     return HeightMap.of(points_mm[near], low_mm, high_mm, cell_mm)
 
 

@@ -8,12 +8,13 @@ import numpy as np
 from scipy.ndimage import binary_erosion, gaussian_filter, uniform_filter
 from skimage.measure import label
 
-from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.arc_length import arc_length, arc_length_at
+from sealtwin.core.arrays import unit
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Booleans, Floats, Outline, Profile, Solid
+from sealtwin.core.records import Booleans, Floats, Integers, Outline, Profile, Solid
 from sealtwin.core.scan_figures import Scan, ScanFigures
 from sealtwin.core.solid_figures import Span
-from sealtwin.scan.height_map import HeightMap, grid_along
+from sealtwin.scan.height_map import MAD, HeightMap, grid_along
 from sealtwin.scan.points_file import read_points
 from sealtwin.scan.registration import Placed, Target, place
 from sealtwin.scan.settings import Placement
@@ -25,8 +26,13 @@ STATION_MM = 1.0  # Distance between stations along the crack
 CUTS = 33  # Number of cuts of the cavity, whose edges show where a wall rises above the sealant
 OPEN_MM = 0.3  # A cell has sealant if the wall in it is this far below the level
 WALLS_MM = 0.25  # Smallest distance from the walls at which a cell has no part of them
-LEAST_SEEN = 0.5  # Smallest share of a station's cells that must be seen for a level
+LEAST_SEEN = 0.3  # Smallest share of a station's cells that must be seen for a level
 FEWEST_STATIONS = 2
+WINDOW_MM, MIDDLE, INNER = 3.0, 0.6, 0.5
+"""Half the length of the window in which the surface is fitted, the share of the width with which the fit begins, and
+the largest share of the half width that is left out beside the walls."""
+ROUNDS, FEWEST_CELLS = 5, 12
+STRAY_SD, STRAY_MM = 4.0, 0.2  # A stray cell is farther from the surface than both limits
 MAX_LAGS = 8  # Stations farther apart than this share no noise
 BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
 EDGE = 0.2  # Standard uncertainty of the edge of a volume, in cells
@@ -52,7 +58,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     placement = settings.placement or Placement()
     placed = place(read_points(path, placement), placement, target, path)
     surface = _Surface.of(placed, target, cuts, levels_mm, solid.block_mm)
-    stations = surface.stations(outline.length_mm, outline.mean_width_mm)
+    stations = surface.stations(outline.length_mm)
     s_mm, level_mm = stations
     seen = np.isfinite(level_mm)
     holes = _stretches(s_mm, ~seen)
@@ -74,6 +80,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
         coverage=placed.coverage,
         tilt_deg=placed.tilt_deg,
         agreement=placed.agreement,
+        agreement_turned=placed.turned,
         points_off_mm=placed.points_off_mm,
         along_sd_mm=placed.along_sd_mm,
         cell_mm=placed.heights.cell_mm,
@@ -92,6 +99,15 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     return Profile(s_mm, level_mm, level_mm[:, None], data, path.name, dialect, scan=scan)
 
 
+@dataclass(frozen=True)
+class _Fit:
+    """Surface of the sealant around a station."""
+
+    terms: Floats  # (4,)
+    limit_mm: float  # Distance of a stray cell from the surface
+    from_wall_mm: float  # Distance from the walls at which cells have no part of them
+
+
 @dataclass(frozen=True, eq=False)
 class _Surface:
     """Cells of the mouth with their heights, and the wall or floor below each."""
@@ -101,6 +117,7 @@ class _Surface:
     bottom_mm: Floats  # Lowest level at which the cavity is open, (rows, columns). 0 outside the mouth
     s_mm: Floats  # Arc length of each cell of the mouth, in the order of ``mouth``
     from_wall_mm: Floats  # Distance of each cell of the mouth from the walls
+    across_mm: Floats  # Distance of each cell of the mouth to the left of the centreline
 
     @classmethod
     def of(
@@ -118,47 +135,78 @@ class _Surface:
             if len(rings):
                 bottom_mm[heights.inside([np.asarray(ring) for ring in rings]) & mouth] = level_mm
         x_mm, y_mm = np.meshgrid(*heights.middles_mm)
-        s_mm = arc_length_at(np.column_stack([x_mm[mouth], y_mm[mouth]]), target.centreline_mm)
+        cells_mm = np.column_stack([x_mm[mouth], y_mm[mouth]])
+        s_mm = arc_length_at(cells_mm, target.centreline_mm)
+        points_s_mm, ahead = arc_length(target.centreline_mm), unit(np.gradient(target.centreline_mm, axis=0))
+        middle_mm, way = (
+            np.column_stack([np.interp(s_mm, points_s_mm, column) for column in points.T])
+            for points in (target.centreline_mm, ahead)
+        )
+        across_mm = way[:, 0] * (cells_mm - middle_mm)[:, 1] - way[:, 1] * (cells_mm - middle_mm)[:, 0]
         # The end of an open crack is no wall.
         x_min, y_min, x_max, y_max = block_mm
         beyond = (x_mm < x_min) | (x_mm > x_max) | (y_mm < y_min) | (y_mm > y_max)
         from_wall_mm = heights.away_mm(~(mouth | beyond))[mouth]
-        return cls(placed, mouth, bottom_mm, s_mm, from_wall_mm)
+        return cls(placed, mouth, bottom_mm, s_mm, from_wall_mm, across_mm)
 
-    def stations(self, length_mm: float, width_mm: float) -> tuple[Floats, Floats]:
+    def stations(self, length_mm: float) -> tuple[Floats, Floats]:
         """Return the stations and the mean level across the sealant at each, NaN in a hole, (n,) each."""
-        heights, cell_mm = self.placed.heights, self.placed.heights.cell_mm
+        cell_mm = self.placed.heights.cell_mm
         count = max(int(length_mm / max(STATION_MM, 2 * cell_mm)), 2)
         ends_mm = np.linspace(0.0, length_mm, count + 1)
         station = np.searchsorted(ends_mm, self.s_mm, side="right") - 1
-        from_wall_mm = self.from_wall_mm
-        height_mm, bottom_mm = heights.height_mm[self.mouth], self.bottom_mm[self.mouth]
+        middles_mm = (ends_mm[:-1] + ends_mm[1:]) / 2
         level_mm = np.full(count, np.nan)
-        inner_mm = min(max(WALLS_MM, cell_mm) + 2 * self.placed.along_sd_mm, width_mm / 4)
-        clear = np.zeros(len(height_mm), dtype=bool)
-        wet = np.zeros(len(height_mm), dtype=bool)
-        for number in range(count):
+        height_mm = self.placed.heights.height_mm[self.mouth]
+        for number, s_mm in enumerate(middles_mm):
             cells = np.flatnonzero(station == number)
-            if not len(cells):
+            window = np.flatnonzero(np.abs(self.s_mm - s_mm) <= max(WINDOW_MM, 3 * cell_mm))
+            fit = self._fit(window, s_mm)
+            if fit is None or not len(cells):
                 continue
-            middle = cells[from_wall_mm[cells] >= np.median(from_wall_mm[cells])]
-            seen = height_mm[middle][np.isfinite(height_mm[middle])]
-            if not len(seen):
+            fitted_mm = self._terms(cells, s_mm) @ fit.terms
+            wet = self.bottom_mm[self.mouth][cells] < fitted_mm
+            clear = wet & (self.from_wall_mm[cells] >= fit.from_wall_mm)
+            good = clear & (np.abs(height_mm[cells] - fitted_mm) <= fit.limit_mm)
+            if not clear.any() or good.sum() < LEAST_SEEN * clear.sum():
                 continue
-            first_mm = float(np.median(seen))
-            wet[cells] = bottom_mm[cells] < first_mm
-            clear[cells] = (bottom_mm[cells] < first_mm - OPEN_MM) & (from_wall_mm[cells] >= inner_mm)
-            visible = clear[cells] & np.isfinite(height_mm[cells])
-            if clear[cells].any() and visible.sum() >= LEAST_SEEN * clear[cells].sum():
-                level_mm[number] = first_mm
-        # Cells beside the walls get the height of the nearest cell that is clear of them.
-        used = np.full(self.mouth.shape, np.nan)
-        used[self.mouth] = np.where(clear, height_mm, np.nan)
-        if np.isfinite(used).any():
-            filled_mm = HeightMap(heights.corner_mm, cell_mm, used).filled()[self.mouth]
-            for number in np.flatnonzero(np.isfinite(level_mm)):
-                level_mm[number] = filled_mm[(station == number) & wet].mean()
-        return (ends_mm[:-1] + ends_mm[1:]) / 2, level_mm
+            # A stray or unseen cell, or one beside a wall, has the height of the fit.
+            level_mm[number] = np.where(good, height_mm[cells], fitted_mm)[wet].mean()
+        return middles_mm, level_mm
+
+    def _terms(self, cells: Integers, s_mm: float) -> Floats:
+        """Return a parabola's terms across the crack, and a slope along it, at some cells, (n, 4)."""
+        along_mm, across_mm = self.s_mm[cells] - s_mm, self.across_mm[cells]
+        return np.column_stack([np.ones(len(cells)), across_mm, across_mm**2, along_mm])
+
+    def _fit(self, window: Integers, s_mm: float) -> "_Fit | None":
+        """Return the sealant's surface in a window along the crack, fitted without strays. None if too little is seen.
+
+        Clear of the walls are the cells at some distance from the edge of the mouth whose wall is below the surface.
+        """
+        height_mm = self.placed.heights.height_mm[self.mouth][window]
+        from_wall_mm, bottom_mm = self.from_wall_mm[window], self.bottom_mm[self.mouth][window]
+        widest_mm = float(from_wall_mm.max(initial=0.0))
+        least_mm = max(WALLS_MM, self.placed.heights.cell_mm) + 2 * self.placed.along_sd_mm
+        least_mm = min(least_mm, INNER * widest_mm)
+        used = np.isfinite(height_mm) & (from_wall_mm >= max(least_mm, (1 - MIDDLE) * widest_mm))
+        if used.sum() < FEWEST_CELLS:
+            return None
+        terms = self._terms(window, s_mm)
+        fit, limit_mm = np.array([np.median(height_mm[used]), 0.0, 0.0, 0.0]), np.inf
+        seen = np.isfinite(height_mm) & (from_wall_mm >= least_mm)
+        for number in range(ROUNDS):
+            off_mm = height_mm - terms @ fit
+            if number > 0:
+                used = seen & (bottom_mm < terms @ fit - OPEN_MM)
+            if used.sum() < FEWEST_CELLS:
+                return None
+            limit_mm = max(STRAY_SD * MAD * float(np.median(np.abs(off_mm[used]))), STRAY_MM)
+            kept = used & (np.abs(off_mm) <= limit_mm)
+            columns = [0, 3] if number == 0 or np.ptp(self.across_mm[window][kept]) < widest_mm else [0, 1, 2, 3]
+            fit = np.zeros(4)
+            fit[columns] = np.linalg.lstsq(terms[kept][:, columns], height_mm[kept], rcond=None)[0]
+        return _Fit(fit, limit_mm, least_mm)
 
     def noise_mm2(self, width_mm: float) -> Floats:
         """Return the covariance of the levels of stations that are 0, 1, 2, ... stations apart, (lags,).
@@ -277,7 +325,9 @@ def _dialect(figures: ScanFigures, path: Path) -> str:
     if figures.points_off_mm is not None:
         placed += f" (off by {figures.points_off_mm:.2f} mm RMS)"
     if figures.agreement is not None:
-        placed += f" (agreement {figures.agreement:.2f} of 1)"
+        turned = figures.agreement_turned
+        placed += f" (agreement {figures.agreement:.2f} of 1"
+        placed += ")" if turned is None else f", if turned around {turned:.2f})"
     holes = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in figures.holes_mm)
     parts = (
         f"scan of {figures.points:,} points in cells of {figures.cell_mm:.2f} mm",
