@@ -19,7 +19,7 @@ NOISE_SD = 2.0, 6.0  # Heights below the first are flat and above the second hol
 LEAST_MM = 0.15  # Smallest height of a hollow or heap
 MOST_TURN_DEG = 30.0  # Largest angle between the axes of a scan and the photo along the face
 REFINED = 3  # Number of coarse positions that are refined before they are compared
-PARTS = 5  # Number of stretches of the crack that are left out in turn
+STRETCHES = 12  # Number of stretches of the crack whose halves are compared
 
 
 @dataclass(frozen=True)
@@ -162,16 +162,24 @@ class MouthSearch:
         return moved(minimize(off, np.zeros(3), method="Nelder-Mead", options=options).x)
 
     def shift_sd_mm(self, pose: Pose, centreline_mm: Floats) -> float:
-        """Return the standard uncertainty of the position, from fits without a stretch of the crack (jackknife)."""
-        part = np.floor(arc_length_at(self.samples_mm, centreline_mm) / arc_length(centreline_mm)[-1] * PARTS)
+        """Return the standard uncertainty of the position along the face, from fits to either half of the crack.
+
+        The halves consist of alternating stretches, so that both contain an end. Half of their distance is the standard
+        uncertainty of a fit to both, for errors that stretches do not share.
+        """
+        stretch = np.floor(arc_length_at(self.samples_mm, centreline_mm) / arc_length(centreline_mm)[-1] * STRETCHES)
         sides = self.map.cell_mm * np.array([[0, 0], [1.0, 0], [0, 1.0]])
         options = {"initial_simplex": sides, "xatol": 1e-2, "fatol": 1e-5, "maxiter": 80}
 
         def off(change: Floats, samples: Integers) -> float:
             return -self.agreement(Pose(pose.turn_deg, pose.x_mm + change[0], pose.y_mm + change[1]), samples)
 
-        shifts_mm = [
-            minimize(off, np.zeros(2), np.flatnonzero(part != number), method="Nelder-Mead", options=options).x
-            for number in range(PARTS)
-        ]
-        return float(np.sqrt((PARTS - 1) * np.var(shifts_mm, axis=0).sum()))
+        def shift_mm(samples: Integers) -> Floats:
+            return minimize(off, np.zeros(2), samples, method="Nelder-Mead", options=options).x
+
+        variances_mm2 = []
+        for width in (1, 2, 3):
+            first = (stretch // width) % 2 == 0
+            apart_mm = shift_mm(np.flatnonzero(first)) - shift_mm(np.flatnonzero(~first))
+            variances_mm2.append(float(apart_mm @ apart_mm) / 4)
+        return float(np.sqrt(np.mean(variances_mm2)))

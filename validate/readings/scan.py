@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import binary_erosion, gaussian_filter, uniform_filter
+from scipy.ndimage import binary_erosion, median_filter, uniform_filter
 from skimage.measure import label
 
 from sealtwin.core.arc_length import arc_length, arc_length_at
@@ -36,8 +36,11 @@ STRAY_SD, STRAY_MM = 4.0, 0.2  # A stray cell is farther from the surface than b
 MAX_LAGS = 8  # Stations farther apart than this share no noise
 BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
 EDGE = 0.2  # Standard uncertainty of the edge of a volume, in cells
-SMOOTH_MM, RAISED_SD, RAISED_MM = 0.5, 4.0, 0.1
-"""Sealant on the face: smoothed heights above this many standard deviations of the face's, and this many mm."""
+RAISED_SD, RAISED_MM = 4.0, 0.1
+"""Sealant on the face is higher than this many standard deviations of the face's height, and this many mm."""
+COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is smoothed, and the side of its window
+BESIDE_WALLS = 0.5
+"""Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it."""
 TIP_MM = 2.0  # Width of a usual caliper's tip
 SPECKLE = 2.0  # Distance in cells up to which a picture of the heights has no holes
 COVERAGE = 2.0  # Half-width of a 95 % interval in standard uncertainties
@@ -58,21 +61,19 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     placement = settings.placement or Placement()
     placed = place(read_points(path, placement), placement, target, path)
     surface = _Surface.of(placed, target, cuts, levels_mm, solid.block_mm)
-    stations = surface.stations(outline.length_mm)
-    s_mm, level_mm = stations
-    seen = np.isfinite(level_mm)
-    holes = _stretches(s_mm, ~seen)
+    levels = surface.levels(outline.length_mm)
+    seen = np.isfinite(levels.level_mm)
+    holes = _stretches(levels.s_mm, ~seen)
     if seen.sum() < FEWEST_STATIONS:
-        raise InputError(
-            f"{path}: shows the sealant at {counted(int(seen.sum()), 'station')}; at least two are needed."
-        )
-    s_mm, level_mm = s_mm[seen], level_mm[seen]
+        raise InputError(f"{path}: shows the sealant at {counted(int(seen.sum()), 'station')}; two are needed.")
+    s_mm, level_mm = levels.s_mm[seen], levels.level_mm[seen]
     noise_mm2 = surface.noise_mm2(outline.mean_width_mm)
-    covariance = _covariance(placed, outline, s_mm, level_mm, noise_mm2)
+    beside_mm = float(np.mean(levels.clear_mm[seen] - level_mm))
+    covariance = _covariance(placed, outline, s_mm, level_mm, noise_mm2) + (BESIDE_WALLS * beside_mm) ** 2
     weights = _weights(s_mm)
     tip_mm = settings.probe_mm or TIP_MM
     tip_level_mm = surface.tip_levels_mm(outline, s_mm, level_mm, tip_mm)
-    over, under = surface.volumes(np.interp(surface.s_mm, s_mm, level_mm), noise_mm2)
+    over, under = surface.volumes(levels.surface_mm, noise_mm2)
     figures = ScanFigures(
         points=placed.points,
         placed_by=placed.placed_by,
@@ -106,6 +107,16 @@ class _Fit:
     terms: Floats  # (4,)
     limit_mm: float  # Distance of a stray cell from the surface
     from_wall_mm: float  # Distance from the walls at which cells have no part of them
+
+
+@dataclass(frozen=True)
+class _Levels:
+    """Levels at stations along the crack, NaN in a hole, (n,) each, and the sealant's height in the mouth's cells."""
+
+    s_mm: Floats
+    level_mm: Floats
+    clear_mm: Floats  # Means of the cells clear of the walls, without what the fit adds beside them
+    surface_mm: Floats  # Height without strays and holes in each cell of the mouth, NaN if unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,15 +160,16 @@ class _Surface:
         from_wall_mm = heights.away_mm(~(mouth | beyond))[mouth]
         return cls(placed, mouth, bottom_mm, s_mm, from_wall_mm, across_mm)
 
-    def stations(self, length_mm: float) -> tuple[Floats, Floats]:
-        """Return the stations and the mean level across the sealant at each, NaN in a hole, (n,) each."""
+    def levels(self, length_mm: float) -> "_Levels":
+        """Return the mean level across the sealant at stations along the crack."""
         cell_mm = self.placed.heights.cell_mm
         count = max(int(length_mm / max(STATION_MM, 2 * cell_mm)), 2)
         ends_mm = np.linspace(0.0, length_mm, count + 1)
         station = np.searchsorted(ends_mm, self.s_mm, side="right") - 1
         middles_mm = (ends_mm[:-1] + ends_mm[1:]) / 2
-        level_mm = np.full(count, np.nan)
+        level_mm, clear_mm = np.full(count, np.nan), np.full(count, np.nan)
         height_mm = self.placed.heights.height_mm[self.mouth]
+        surface_mm = np.full(len(height_mm), np.nan)
         for number, s_mm in enumerate(middles_mm):
             cells = np.flatnonzero(station == number)
             window = np.flatnonzero(np.abs(self.s_mm - s_mm) <= max(WINDOW_MM, 3 * cell_mm))
@@ -168,11 +180,13 @@ class _Surface:
             wet = self.bottom_mm[self.mouth][cells] < fitted_mm
             clear = wet & (self.from_wall_mm[cells] >= fit.from_wall_mm)
             good = clear & (np.abs(height_mm[cells] - fitted_mm) <= fit.limit_mm)
-            if not clear.any() or good.sum() < LEAST_SEEN * clear.sum():
-                continue
             # A stray or unseen cell, or one beside a wall, has the height of the fit.
-            level_mm[number] = np.where(good, height_mm[cells], fitted_mm)[wet].mean()
-        return middles_mm, level_mm
+            cells_mm = np.where(good, height_mm[cells], fitted_mm)
+            walls_mm = np.where(np.isfinite(height_mm[cells]), height_mm[cells], self.bottom_mm[self.mouth][cells])
+            surface_mm[cells] = np.where(wet, cells_mm, walls_mm)
+            if clear.any() and good.sum() >= LEAST_SEEN * clear.sum():
+                level_mm[number], clear_mm[number] = cells_mm[wet].mean(), height_mm[cells][good].mean()
+        return _Levels(middles_mm, level_mm, clear_mm, surface_mm)
 
     def _terms(self, cells: Integers, s_mm: float) -> Floats:
         """Return a parabola's terms across the crack, and a slope along it, at some cells, (n, 4)."""
@@ -231,25 +245,33 @@ class _Surface:
             lags_mm2.append(float(np.nanmean(product)) if np.isfinite(product).any() else 0.0)
         return np.array(lags_mm2) * (1 - np.arange(MAX_LAGS) / MAX_LAGS)
 
-    def volumes(self, level_mm: Floats, noise_mm2: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
+    def volumes(self, surface_mm: Floats, noise_mm2: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the volumes above and below the face in mm³, each with the half-width of its 95 % interval.
 
-        A cell of the mouth that is not seen has the level at its position, ``level_mm``, or its wall.
+        Beside the mouth, sealant is higher than the face's noise, larger than a stray patch, and touches sealant above
+        the face.
         """
-        heights, cell_mm = self.placed.heights, self.placed.heights.cell_mm
-        filled_mm = heights.filled()
-        unseen = self.mouth & ~heights.known
-        filled_mm[unseen] = np.maximum(level_mm, self.bottom_mm[self.mouth])[unseen[self.mouth]]
-        smooth_mm = gaussian_filter(filled_mm, SMOOTH_MM / cell_mm)
-        face = self.placed.face & heights.known
-        spread_mm = float(np.sqrt(np.median(smooth_mm[face] ** 2)) * 1.4826)
-        beside = (smooth_mm > max(RAISED_SD * spread_mm, RAISED_MM)) & (heights.away_mm(self.mouth) < BESIDE_MM)
-        over_mouth = self.mouth & (smooth_mm > 0)
-        parts = np.asarray(label(over_mouth | (beside & ~self.mouth)))
+        heights = self.placed.heights
+        height_mm = self._beside_mm()
+        height_mm[self.mouth] = np.where(np.isnan(surface_mm), self.bottom_mm[self.mouth], surface_mm)
+        spread_mm = MAD * float(np.median(np.abs(height_mm[self.placed.face])))
+        raised = (height_mm > max(RAISED_SD * spread_mm, RAISED_MM)) & (heights.away_mm(self.mouth) < BESIDE_MM)
+        over_mouth = self.mouth & (height_mm > 0)
+        parts = np.asarray(label(over_mouth | (raised & ~self.mouth)))
         touching = np.unique(parts[over_mouth])
         over = np.isin(parts, touching[touching > 0])
-        under = self.mouth & (smooth_mm <= 0)
-        return self._volume(filled_mm, over, noise_mm2), self._volume(-filled_mm, under, noise_mm2)
+        under = self.mouth & (height_mm <= 0)
+        return self._volume(height_mm, over, noise_mm2), self._volume(-height_mm, under, noise_mm2)
+
+    def _beside_mm(self) -> Floats:
+        """Return the heights of the face without patches up to ``PATCH_MM``, and without the mouth, (rows, columns)."""
+        heights = self.placed.heights
+        face = replace(heights, height_mm=np.where(self.mouth, np.nan, heights.height_mm)).filled()
+        step = max(round(COARSE_MM / heights.cell_mm), 1)
+        window = max(round(PATCH_MM / step / heights.cell_mm), 1)
+        coarse_mm = median_filter(face[step // 2 :: step, step // 2 :: step], window)
+        row, column = (np.minimum(np.arange(face.shape[k]) // step, coarse_mm.shape[k] - 1) for k in (0, 1))
+        return coarse_mm[np.ix_(row, column)]
 
     def _volume(self, height_mm: Floats, cells: Booleans, noise_mm2: Floats) -> tuple[float, float]:
         if not cells.any():
