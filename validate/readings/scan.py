@@ -28,6 +28,7 @@ OPEN_MM = 0.3  # A cell has sealant if the wall in it is this far below the leve
 WALLS_MM = 0.25  # Smallest distance from the walls at which a cell has no part of them
 LEAST_SEEN = 0.5  # Smallest share of a station's cells that must be seen for a level
 FEWEST_STATIONS = 2
+BELOW_FLOOR, BELOW_FLOOR_MM = 0.2, 1.0  # A scan is refused if this share of it is this far below the floor of the crack
 MAX_LAGS = 8  # Stations farther apart than this share no noise
 BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
 SMOOTH_MM, RAISED_SD, RAISED_MM = 0.5, 4.0, 0.1
@@ -51,6 +52,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     placement = settings.placement or Placement()
     placed = place(read_points(path, placement), placement, target, path)
     surface = _Surface.of(placed, target, cuts, levels_mm)
+    surface.require_above_floor(path)
     stations = surface.stations(outline.length_mm, outline.mean_width_mm)
     s_mm, level_mm = stations
     seen = np.isfinite(level_mm)
@@ -146,6 +148,16 @@ class _Surface:
             for number in np.flatnonzero(np.isfinite(level_mm)):
                 level_mm[number] = filled_mm[(station == number) & wet].mean()
         return (ends_mm[:-1] + ends_mm[1:]) / 2, level_mm
+
+    def require_above_floor(self, path: Path) -> None:
+        """Raise InputError if the scanned surface lies mostly below the floor of the crack."""
+        off_mm = (self.placed.heights.height_mm - self.bottom_mm)[self.mouth]
+        off_mm = off_mm[np.isfinite(off_mm)]
+        if len(off_mm) and np.quantile(off_mm, BELOW_FLOOR) < -BELOW_FLOOR_MM:
+            raise InputError(
+                f"{path}: {np.mean(off_mm < 0):.0%} of the surface in the crack are below its floor, by "
+                f"{-np.median(off_mm[off_mm < 0]):.1f} mm. Correct the crack's depth, or the unit of the heights."
+            )
 
     def noise_mm2(self, width_mm: float) -> Floats:
         """Return the covariance of the levels of stations that are 0, 1, 2, ... stations apart, (lags,).
@@ -265,6 +277,7 @@ def _dialect(figures: ScanFigures, path: Path) -> str:
     parts = (
         f"scan of {figures.points:,} points in cells of {figures.cell_mm:.2f} mm",
         f"placed {placed}",
+        f"sealant {abs(figures.mean_level_mm):.2f} mm {'above' if figures.mean_level_mm > 0 else 'below'} the face",
         f"face within {figures.residual_mm:.3f} mm (RMS) of its plane, {figures.coverage:.0%} of it seen",
         *([f"holes from {holes} mm"] if holes else []),
     )

@@ -24,7 +24,9 @@ def ply(kind: str, order: str = "<") -> bytes:
     head = f"ply\nformat {kind} 1.0\nelement vertex {len(POINTS)}\n{types}end_header\n".encode()
     if kind == "ascii":
         return head + rows(POINTS, " 7 ").replace("\n", " 7\n").encode()
-    table = np.zeros(len(POINTS), [(name, order + kind) for axis in "xyz" for name, kind in ((axis, "f4"), (axis * 2, "u1"))])
+    table = np.zeros(
+        len(POINTS), [(name, order + kind) for axis in "xyz" for name, kind in ((axis, "f4"), (axis * 2, "u1"))]
+    )
     for axis, column in zip("xyz", POINTS.T, strict=True):
         table[axis] = column
     return head + table.tobytes()
