@@ -165,15 +165,20 @@ class MouthSearch:
         return moved(minimize(off, np.zeros(3), method="Nelder-Mead", options=options).x)
 
     def size(self, pose: Pose) -> tuple[float, float]:
-        """Return the size of the scan relative to the mouth at which they agree best near a pose, and the agreement."""
+        """Return the length of the scan relative to the mouth at which they agree best near a pose, and the agreement.
+
+        The width does not count: the edges of a hollow are blurred.
+        """
         middle = self.samples_mm.mean(axis=0)
         every = slice(None, None, max(len(self.template) // SIZE_SAMPLES, 1))
         around_mm, template = self.samples_mm[every] - middle, self.template[every]
         start_mm = pose.back(middle[None])[0]
+        ahead = np.linalg.svd(around_mm[template > 0], full_matrices=False)[2][0]
+        along_mm = np.outer(around_mm @ ahead, ahead)
 
         def off(change: Floats) -> float:
             turned = Pose(pose.turn_deg + float(change[0]), 0.0, 0.0)
-            return -self._correlation(turned.back(change[3] * around_mm) + start_mm + change[1:3], template)
+            return -self._correlation(turned.back(around_mm + (change[3] - 1) * along_mm) + start_mm + change[1:3], template)
 
         steps = np.diag([STEP_DEG, 2 * self.map.cell_mm, 2 * self.map.cell_mm, SIZE_STEP])
         options = {"xatol": 1e-3, "fatol": 1e-5, "maxiter": 200}

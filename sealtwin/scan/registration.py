@@ -36,8 +36,8 @@ SHIFT_OFF_MM = (
 )
 TRIED = 6  # Number of named points up to which all orders are tried
 LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.68
-"""Smallest correlation of the scan's hollow or heap with the mouth, in the search and at its end. Other cracks across the
-same face reach 0.64 at the end, and the right crack with most of its hollow unseen 0.73."""
+"""Smallest correlation of the scan's hollow or heap with the mouth, in the search and at its end. Other cracks across
+the same face reach 0.64 at the end, and the right crack with most of its hollow unseen 0.73."""
 NAME_POINTS = "Give at least three named points in readings.placement.points."
 SURER = 0.08  # A position is certain if its agreement exceeds that of every other by this difference
 CELLS_MM, ACROSS, FINER = (0.4, 1.0), 3.0, 4.0
@@ -214,7 +214,8 @@ def _require_unit(points_mm: Floats, placement: Placement, target: Target, path:
 def _on_the_face(points_mm: Floats, near_mm: Floats, path: Path) -> tuple[Floats, float]:
     """Return the points with the face's plane at z = 0, and the angle by which they were turned.
 
-    Of the points ``near_mm``, the plane has the smallest 40 % quantile of distances (least quantile of squares, Rousseeuw & Leroy 1987).
+    Of the points ``near_mm``, the plane has the smallest 40 % quantile of distances (least quantile of squares,
+    Rousseeuw & Leroy 1987).
     """
     random = np.random.default_rng(0)
     some = near_mm[random.choice(len(near_mm), min(SAMPLED, len(near_mm)), replace=False)]
@@ -295,7 +296,8 @@ def _by_mouth(search: MouthSearch, path: Path) -> Pose:
     if max(best.agreement, mirrored.agreement) < LEAST_AGREEMENT:
         raise InputError(_not_found(path, max(best.agreement, mirrored.agreement), LEAST_AGREEMENT))
     is_turned = abs(best.pose.turn_deg) > MOST_TILT_DEG
-    if mirrored.agreement > best.agreement + (0.0 if is_turned else SURER):
+    is_surely_mirrored = mirrored.agreement > best.agreement + SURER
+    if is_surely_mirrored or (is_turned and mirrored.agreement > max(best.agreement, SURE_AGREEMENT)):
         raise InputError(_mirrored(path, best.agreement, mirrored.agreement))
     if is_turned:
         raise InputError(
@@ -306,7 +308,8 @@ def _by_mouth(search: MouthSearch, path: Path) -> Pose:
     if second.agreement > best.agreement - SURER:
         raise InputError(
             f"{path}: the crack agrees with the mouth to {best.agreement:.2f}, and turned by "
-            f"{second.pose.turn_deg:.0f} degrees to {second.agreement:.2f} of 1, so its position is uncertain. {NAME_POINTS}"
+            f"{second.pose.turn_deg:.0f} degrees to {second.agreement:.2f} of 1, so its position is uncertain. "
+            f"{NAME_POINTS}"
         )
     return best.pose
 
@@ -317,7 +320,7 @@ def _require_size(search: MouthSearch, pose: Pose, path: Path) -> None:
     agreed = search.agreement(pose)
     if abs(size - 1) > SCALE_OFF and agreement > agreed + BETTER_SIZE:
         raise InputError(
-            f"{path}: the crack agrees with the mouth to {agreed:.2f}, but if it is {size:.2f} times as large to "
+            f"{path}: the crack agrees with the mouth to {agreed:.2f}, but if it is {size:.2f} times as long to "
             f"{agreement:.2f} of 1. Correct the scale of the scan, such as readings.placement.step_mm, or of the photo."
         )
 
