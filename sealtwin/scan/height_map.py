@@ -11,6 +11,8 @@ from sealtwin.core.arrays import Booleans, Floats
 
 MAD = 1.4826  # Standard deviation of a normal distribution, in median distances from its median
 STRAY = 6.0  # Distance of a stray cell from the median of its neighbours, in standard deviations of this distance
+ALIKE_MM, FEWEST_ALIKE = 0.2, 2  # A cell with two neighbours within this height, or within ``STRAY``, is no stray
+AROUND = [(row, column) for row in range(3) for column in range(3) if (row, column) != (1, 1)]
 SUBPIXEL_BITS = 6
 
 
@@ -39,14 +41,24 @@ class HeightMap:
         return whole.without_strays()
 
     def without_strays(self) -> "HeightMap":
-        """Return the map without cells far from the median of the 25 cells around them."""
+        """Return the map without cells far from the median of the 25 cells around them, and from their neighbours.
+
+        A narrow crack is far from the median, but its cells are like their neighbours along the crack.
+        """
         known = np.isfinite(self.height_mm)
         if not known.any():
             return self
         filled = self.filled().astype(np.float32)
         away_mm = np.abs(self.height_mm - cv2.medianBlur(filled, 5))
         limit_mm = STRAY * MAD * max(float(np.nanmedian(away_mm)), 1e-4)
-        return HeightMap(self.corner_mm, self.cell_mm, np.where(away_mm > limit_mm, np.nan, self.height_mm))
+        rows, columns = self.height_mm.shape
+        padded = np.pad(self.height_mm, 1, constant_values=np.nan)
+        alike = np.zeros((rows, columns), dtype=int)
+        for row, column in AROUND:
+            beside_mm = padded[row : row + rows, column : column + columns]
+            alike += np.abs(beside_mm - self.height_mm) < max(limit_mm, ALIKE_MM)
+        stray = (away_mm > limit_mm) & (alike < FEWEST_ALIKE)
+        return HeightMap(self.corner_mm, self.cell_mm, np.where(stray, np.nan, self.height_mm))
 
     def filled(self) -> Floats:
         """Return the heights, each missing one replaced by the nearest known one, (rows, columns)."""

@@ -178,7 +178,9 @@ class MouthSearch:
 
         def off(change: Floats) -> float:
             turned = Pose(pose.turn_deg + float(change[0]), 0.0, 0.0)
-            return -self._correlation(turned.back(around_mm + (change[3] - 1) * along_mm) + start_mm + change[1:3], template)
+            return -self._correlation(
+                turned.back(around_mm + (change[3] - 1) * along_mm) + start_mm + change[1:3], template
+            )
 
         steps = np.diag([STEP_DEG, 2 * self.map.cell_mm, 2 * self.map.cell_mm, SIZE_STEP])
         options = {"xatol": 1e-3, "fatol": 1e-5, "maxiter": 200}
