@@ -190,5 +190,5 @@ def _of_map(content: bytes, placement: Placement) -> Floats:
         counts = np.asarray(picture, dtype=np.uint16)
     row, column = np.nonzero(counts)
     step_mm, count_mm = placement.step_mm or 0.0, placement.count_mm or 0.0
-    heights_mm = counts[row, column].astype(float) * count_mm
-    return np.column_stack([column * step_mm, (len(counts) - 1 - row) * step_mm, heights_mm])
+    points = np.column_stack([column, len(counts) - 1 - row, counts[row, column]]).astype(float)
+    return points * [step_mm, step_mm, count_mm]

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from sealtwin.core.arc_length import arc_length_at
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Booleans, Floats
 from sealtwin.scan.height_map import HeightMap
 from sealtwin.scan.registration import Target
 from tests.support.shapes import cut_crack
@@ -24,7 +24,7 @@ def sloping_mm(s_mm: Floats) -> Floats:
 
 
 @cache
-def _places(spacing_mm: float) -> tuple[Floats, Floats, Floats]:
+def _places(spacing_mm: float) -> tuple[Floats, Floats, Booleans]:
     """Return points along the face, (n, 2), their arc lengths, and whether they are in the mouth."""
     low_mm, high_mm = OUTLINE.outline_mm.min(axis=0) - AROUND_MM, OUTLINE.outline_mm.max(axis=0) + AROUND_MM
     x_mm, y_mm = np.meshgrid(*(np.arange(a, b, spacing_mm) for a, b in zip(low_mm, high_mm, strict=True)))

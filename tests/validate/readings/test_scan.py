@@ -17,7 +17,7 @@ from validate.readings.scan import read_scan
 from validate.settings import Readings
 
 CORNERS_MM = ((-8.0, -8.0), (48.0, -8.0), (35.0, 9.0))
-POINTS = tuple(NamedPoint(name=f"{x} {y}", scan=(x, y, 0.0), sample_mm=(x, y)) for x, y in CORNERS_MM)
+POINTS = tuple(NamedPoint(name=f"{x}", scan=(x, y, 0.0), sample_mm=(x, y)) for x, y in CORNERS_MM)
 
 
 @pytest.fixture
@@ -46,6 +46,7 @@ def test_the_level_of_a_known_bed_is_read_along_the_crack(read, points):
 def test_a_stretch_that_is_not_seen_is_a_hole(read):
     points_mm = bed()
     profile = read(points_mm[np.abs(points_mm[:, 0] - 20) > 4])
+    assert profile.scan is not None
     hole = max(profile.scan.figures.holes_mm, key=np.ptp)
     assert hole == pytest.approx((16, 24), abs=2.5)  # Stations are 1.4 mm long
     assert "holes from" in profile.dialect
@@ -54,13 +55,11 @@ def test_a_stretch_that_is_not_seen_is_a_hole(read):
 
 def test_walls_above_the_sealant_do_not_count(read):
     """Walls of a flare lean inwards from the mouth: its sealant, 3 mm deep, is narrower than the mouth by 1 mm."""
-    lean_mm = 3.0 * np.tan(np.radians(10.0))
     points_mm = bed(lambda s_mm: np.full_like(s_mm, -3.0))
-    away_mm = np.abs(points_mm[:, 1] - np.interp(points_mm[:, 0], *OUTLINE.centreline_mm.T))
-    left, right = OUTLINE.left_wall_mm, OUTLINE.right_wall_mm
-    half_mm = np.interp(points_mm[:, 0], left[:, 0], left[:, 1]) - np.interp(points_mm[:, 0], *right.T)
-    wall_mm = (points_mm[:, 2] < -1) & (away_mm > half_mm / 2 - lean_mm)
-    points_mm[wall_mm, 2] = np.minimum((away_mm - half_mm / 2)[wall_mm] / np.tan(np.radians(10.0)), 0)
+    y_mm = [np.interp(points_mm[:, 0], *wall.T) for wall in (OUTLINE.left_wall_mm, OUTLINE.right_wall_mm)]
+    inside_mm = np.minimum(y_mm[0] - points_mm[:, 1], points_mm[:, 1] - y_mm[1])
+    wall_mm = -inside_mm / np.tan(np.radians(10.0))
+    points_mm[:, 2] = np.where(points_mm[:, 2] < -1, np.maximum(wall_mm, points_mm[:, 2]), points_mm[:, 2])
     profile = read(points_mm, tilt="funnel", wall_angle_deg=10.0)
     assert profile.level_mm.mean() == pytest.approx(-3.0, abs=0.1)  # With the walls 0.5 mm higher
 
