@@ -28,9 +28,9 @@ class HeightMap:
     def of(cls, points_mm: Floats, low_mm: Floats, high_mm: Floats, cell_mm: float) -> "HeightMap":
         """Return the median height of the points in each cell of a box, (2,) each. Stray cells are left out."""
         columns, rows = np.maximum(np.ceil((high_mm - low_mm) / cell_mm), 1).astype(int).tolist()
-        place = np.floor((points_mm[:, :2] - low_mm) / cell_mm).astype(np.int64)
-        inside = ((place >= 0) & (place < [columns, rows])).all(axis=1)
-        cell, height_mm = place[inside, 1] * columns + place[inside, 0], points_mm[inside, 2]
+        column_row = np.floor((points_mm[:, :2] - low_mm) / cell_mm).astype(np.int64)
+        inside = ((column_row >= 0) & (column_row < [columns, rows])).all(axis=1)
+        cell, height_mm = column_row[inside, 1] * columns + column_row[inside, 0], points_mm[inside, 2]
         order = np.lexsort((height_mm, cell))
         cell, height_mm = cell[order], height_mm[order]
         first = np.flatnonzero(np.diff(cell, prepend=-1))

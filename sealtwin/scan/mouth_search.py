@@ -109,10 +109,10 @@ class MouthSearch:
             back = _turn(turn_deg)
             samples = self.samples_mm @ back  # Places of the template before the scan's turn
             low = samples.min(axis=0)
-            at = np.rint((samples - low) / cell_mm).astype(int)
-            shape = at.max(axis=0)[::-1] + 1
+            cells = np.rint((samples - low) / cell_mm).astype(int)
+            shape = cells.max(axis=0)[::-1] + 1
             template, mask = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-            template[at[:, 1], at[:, 0]], mask[at[:, 1], at[:, 0]] = self.template, 1.0
+            template[cells[:, 1], cells[:, 0]], mask[cells[:, 1], cells[:, 0]] = self.template, 1.0
             pad = (np.array(shape) // 2).tolist()
             padded = np.pad(picture, ((pad[0], pad[0]), (pad[1], pad[1])))
             if (np.array(padded.shape) < shape).any():
@@ -120,8 +120,8 @@ class MouthSearch:
             scores = cv2.matchTemplate(padded, template, cv2.TM_CCOEFF_NORMED, mask=mask)
             scores[~np.isfinite(scores)] = -1.0
             row, column = np.unravel_index(int(scores.argmax()), scores.shape)
-            place = corner_mm + cell_mm * (np.array([column - pad[1], row - pad[0]]) + 0.5)
-            shift = (low - place) @ back.T
+            start_mm = corner_mm + cell_mm * (np.array([column - pad[1], row - pad[0]]) + 0.5)
+            shift = (low - start_mm) @ back.T
             candidates.append(Candidate(Pose(turn_deg, *shift.tolist()), float(scores[row, column])))
         return candidates
 
@@ -152,9 +152,9 @@ class MouthSearch:
 
         def moved(change: Floats) -> Pose:
             turn_deg = pose.turn_deg + float(change[0])
-            at = pose.back(middle[None])[0]
+            start = pose.back(middle[None])[0]
             goal = middle + change[1:]
-            return Pose(turn_deg, *(goal - _turn(turn_deg) @ at).tolist())
+            return Pose(turn_deg, *(goal - _turn(turn_deg) @ start).tolist())
 
         sides = np.array([[0, 0, 0], [STEP_DEG, 0, 0], [0, 2 * cell_mm, 0], [0, 0, 2 * cell_mm]], dtype=float)
         options = {"initial_simplex": sides, "xatol": 1e-3, "fatol": 1e-6, "maxiter": 300}

@@ -180,9 +180,9 @@ def _orders(count: int) -> Iterator[tuple[int, ...]]:
     if count <= TRIED:
         yield from permutations(range(count))
         return
-    for one, other in combinations(range(count), 2):
+    for first, second in combinations(range(count), 2):
         order = list(range(count))
-        order[one], order[other] = other, one
+        order[first], order[second] = second, first
         yield tuple(order)
 
 
