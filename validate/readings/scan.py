@@ -122,6 +122,8 @@ class _Surface:
         station = np.searchsorted(ends_mm, self.s_mm, side="right") - 1
         from_wall_mm = cell_mm * np.asarray(distance_transform_edt(self.mouth), dtype=float)[self.mouth]
         height_mm, bottom_mm = heights.height_mm[self.mouth], self.bottom_mm[self.mouth]
+        # Below the floor, a scan shows what is beside the sample, such as a table.
+        height_mm = np.where(height_mm < bottom_mm - BELOW_FLOOR_MM, np.nan, height_mm)
         level_mm = np.full(count, np.nan)
         inner_mm = min(max(WALLS_MM, cell_mm) + 2 * self.placed.along_sd_mm, width_mm / 4)
         clear = np.zeros(len(height_mm), dtype=bool)
