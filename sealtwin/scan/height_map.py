@@ -13,8 +13,8 @@ from sealtwin.core.arrays import Booleans, Floats, unit
 
 MAD = 1.4826  # Standard deviation of a normal distribution, in median distances from its median
 STRAY = 6.0  # Distance of a stray cell from the median of its neighbours, in standard deviations of this distance
-LEAST_STRAY_MM = 0.2  # Smallest distance of a stray cell
-LONELY = 2  # Largest number of the 9 cells around a stray cell that have its height
+ALIKE_MM, FEWEST_ALIKE = 0.2, 2  # Smallest distance of a stray cell, and the neighbours like it that save a cell
+AROUND = [(row, column) for row in range(3) for column in range(3) if (row, column) != (1, 1)]
 SUBPIXEL_BITS = 6
 MOST_COLUMNS = 1500  # Largest number of columns of a grid along a crack
 
@@ -59,18 +59,20 @@ class HeightMap:
         return whole.without_strays()
 
     def without_strays(self) -> "HeightMap":
-        """Return the map without cells far from the median of the 25 cells around them and from all 8 neighbours.
+        """Return the map without cells far from the median of the 25 cells around them, and from their neighbours.
 
-        A cell in a step between two heights is far from the median, but not from all neighbours.
+        A narrow crack is far from the median, but its cells are like their neighbours along the crack.
         """
         if not self.known.any():
             return self
-        filled_mm = self.filled()
-        away_mm = np.abs(self.height_mm - cv2.medianBlur(filled_mm.astype(np.float32), 5))
-        limit_mm = max(STRAY * MAD * float(np.nanmedian(away_mm)), LEAST_STRAY_MM)
-        around = np.lib.stride_tricks.sliding_window_view(np.pad(filled_mm, 1, constant_values=np.inf), (3, 3))
-        alike = (np.abs(around - filled_mm[..., None, None]) <= limit_mm).sum(axis=(2, 3))
-        stray = (away_mm > limit_mm) & (alike <= LONELY)
+        away_mm = np.abs(self.height_mm - cv2.medianBlur(self.filled().astype(np.float32), 5))
+        limit_mm = max(STRAY * MAD * float(np.nanmedian(away_mm)), ALIKE_MM)
+        rows, columns = self.height_mm.shape
+        padded = np.pad(self.height_mm, 1, constant_values=np.nan)
+        alike = np.zeros((rows, columns), dtype=int)
+        for row, column in AROUND:
+            alike += np.abs(padded[row : row + rows, column : column + columns] - self.height_mm) < limit_mm
+        stray = (away_mm > limit_mm) & (alike < FEWEST_ALIKE)
         return HeightMap(self.corner_mm, self.cell_mm, np.where(stray, np.nan, self.height_mm))
 
     def filled(self, cells: float = np.inf) -> Floats:

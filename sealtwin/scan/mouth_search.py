@@ -20,6 +20,8 @@ LEAST_MM = 0.15  # Smallest height of a hollow or heap
 MOST_TURN_DEG = 30.0  # Largest angle between the axes of a scan and the photo along the face
 REFINED = 3  # Number of coarse positions that are refined before they are compared
 STRETCHES = 12  # Number of stretches of the crack whose halves are compared
+SIZES, SIZE_STEP, SIZE_SAMPLES = (0.85, 1.0, 1.15), 0.05, 5000
+"""Relative sizes at which the search of another size begins, its first step, and the number of its samples."""
 
 
 @dataclass(frozen=True)
@@ -136,9 +138,11 @@ class MouthSearch:
     def agreement(self, pose: Pose, part: Integers | None = None) -> float:
         """Return the correlation of the scan's hollows and heaps with the mouth, -1 to 1."""
         part = np.arange(len(self.template)) if part is None else part
-        places = (pose.back(self.samples_mm[part]) - self.map.corner_mm) / self.map.cell_mm - 0.5
+        return self._correlation(pose.back(self.samples_mm[part]), self.template[part])
+
+    def _correlation(self, places_mm: Floats, template: Floats) -> float:
+        places = (places_mm - self.map.corner_mm) / self.map.cell_mm - 0.5
         seen = map_coordinates(self._smooth, places.T[::-1], order=1, mode="constant")
-        template = self.template[part]
         if np.ptp(seen) < 1e-9 or np.ptp(template) == 0:
             return 0.0
         return float(np.corrcoef(seen, template)[0, 1])
@@ -160,6 +164,33 @@ class MouthSearch:
             return -self.agreement(moved(change))
 
         return moved(minimize(off, np.zeros(3), method="Nelder-Mead", options=options).x)
+
+    def size(self, pose: Pose) -> tuple[float, float]:
+        """Return the length of the scan relative to the mouth at which they agree best near a pose, and the agreement.
+
+        The width does not count: the edges of a hollow are blurred.
+        """
+        middle = self.samples_mm.mean(axis=0)
+        every = slice(None, None, max(len(self.template) // SIZE_SAMPLES, 1))
+        around_mm, template = self.samples_mm[every] - middle, self.template[every]
+        start_mm = pose.back(middle[None])[0]
+        ahead = np.linalg.svd(around_mm[template > 0], full_matrices=False)[2][0]
+        along_mm = np.outer(around_mm @ ahead, ahead)
+
+        def off(change: Floats) -> float:
+            turned = Pose(pose.turn_deg + float(change[0]), 0.0, 0.0)
+            return -self._correlation(
+                turned.back(around_mm + (change[3] - 1) * along_mm) + start_mm + change[1:3], template
+            )
+
+        steps = np.diag([STEP_DEG, 2 * self.map.cell_mm, 2 * self.map.cell_mm, SIZE_STEP])
+        options = {"xatol": 1e-3, "fatol": 1e-5, "maxiter": 200}
+        fits = []
+        for size in SIZES:
+            sides = np.vstack([np.zeros(4), steps]) + np.array([0.0, 0.0, 0.0, size])
+            fits.append(minimize(off, sides[0], method="Nelder-Mead", options={"initial_simplex": sides, **options}))
+        best = min(fits, key=lambda fit: fit.fun)
+        return float(best.x[3]), -float(best.fun)
 
     def shift_sd_mm(self, pose: Pose, centreline_mm: Floats) -> float:
         """Return the standard uncertainty of the position along the face, from fits to either half of the crack.

@@ -11,7 +11,7 @@ from PIL import Image
 
 from sealtwin.core.arrays import Floats
 from sealtwin.core.errors import InputError
-from sealtwin.core.mesh_file import LARGEST_BYTES, UnreadableError, load_trimesh, read_mesh
+from sealtwin.core.mesh_file import BEYOND_ANY_UNIT, LARGEST_BYTES, UnreadableError, load_trimesh, read_mesh
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.scan.settings import MM, Placement
 
@@ -21,9 +21,9 @@ FARTHEST_MM = 100_000.0
 and a scan of a sample has no reason to be there."""
 PER_MM2 = 25.0  # Number of points per mm² that are taken from triangles: every 0.2 mm
 HEADER_LINES = 30  # Largest number of lines before the first point of a text
-NUMBER = rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[-+]?nan"
+NUMBER = rb"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[-+]?(?:nan|inf)"
 POINT_LINE = re.compile(rb"\s*(?:(?:%b)(?:\s*[,;]\s*|\s+|\s*$)){3,}" % NUMBER, re.IGNORECASE)
-DECIMAL_COMMA = re.compile(rb"\s*[-+]?[0-9]+,[0-9]+(?:\s*;|[ \t]+)\s*[-+]?[0-9]+,[0-9]+(?:\s*;|[ \t]|\s*$)")
+DECIMAL_COMMA = re.compile(rb"\s*[-+]?[0-9]+,[0-9]+(?:\s*;\s*|[ \t]+)[-+]?[0-9]+,[0-9]+(?:\s*;|[ \t]|\s*$)")
 TEXTS, MESHES, MAPS = (".xyz", ".csv", ".txt", ".pts"), (".ply", ".stl"), (".png", ".tif", ".tiff")
 DEEP_MODES = ("I;16", "I;16L", "I;16B", "I;16N")  # Pillow's names for one channel with 16 bits
 
@@ -66,6 +66,11 @@ def read_points(path: Path, placement: Placement) -> Floats:
     points_mm = points_mm[np.isfinite(points_mm).all(axis=1)]
     if len(points_mm) < 100:
         raise InputError(f"{path}: has {len(points_mm)} points with finite coordinates; a scan has thousands.")
+    if (wrong := (np.abs(points_mm) > BEYOND_ANY_UNIT).any(axis=1)).any():
+        raise InputError(
+            f"{path}: {wrong.sum()} points have a coordinate beyond {BEYOND_ANY_UNIT:g} mm. Leave out points that were "
+            "not measured, or write them as nan."
+        )
     away_mm = float(np.abs(np.median(points_mm, axis=0)).max())
     if away_mm > FARTHEST_MM:
         raise InputError(
@@ -143,25 +148,38 @@ def _of_text(content: bytes) -> Floats:
             example = comma.strip().decode("ascii", "replace")
             raise UnreadableError(f"numbers have decimal commas, as in {example:.40}; save it with decimal points")
         raise UnreadableError(f"none of its first {HEADER_LINES} lines begins with three numbers")
-    columns = _columns(lines[begin - 1], lines[begin]) if begin else (0, 1, 2)
-    _refuse_too_many(content.count(b"\n") - begin, "lines")
     separator = next((mark for mark in (",", ";") if mark.encode() in lines[begin]), None)
-    lines = io.BytesIO(content)
-    return np.loadtxt(lines, delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2)
+    columns = _columns([line.decode("ascii", "replace") for line in lines[: begin + 1]], separator)
+    _refuse_too_many(content.count(b"\n") - begin, "lines")
+    stream = io.BytesIO(content)
+    return np.asarray(
+        np.loadtxt(stream, delimiter=separator, skiprows=begin, usecols=columns, comments=None, ndmin=2), dtype=float
+    )
 
 
-def _columns(header: bytes, line: bytes) -> tuple[int, ...]:
-    """Return the columns named x, y and z in the line before the first point, or the first three without such names."""
-    names = [re.sub(r"[^a-z].*", "", name.strip(' "#/').lower()) for name in _fields(header.decode("ascii", "replace"))]
-    if len(names) != len(_fields(line.decode("ascii", "replace"))) or not any(names):
+def _columns(lines: list[str], separator: str | None) -> tuple[int, ...]:
+    """Return the columns named x, y and z above the first point, the last line, or the first three without names."""
+    count = len(_fields(lines[-1], separator))
+    header = [
+        [re.sub(r"[^a-z].*", "", name.strip(' "').lower()) for name in _fields(line, separator)]
+        for line in lines[:-1]
+        if line.strip()
+    ]
+    complete = [names for names in header if all(names.count(axis) == 1 for axis in "xyz")]
+    names = (complete or header or [[]])[-1]
+    if not complete and (len(names) != count or not any(names)):
         return (0, 1, 2)
     if missing := [axis for axis in "xyz" if names.count(axis) != 1]:
         raise UnreadableError(f"the line above the points names {', '.join(names)}, but {missing[0]} not once")
+    if len(names) != count:
+        raise UnreadableError(f"a line above the points names {len(names)} columns, but the points have {count}")
     return tuple(names.index(axis) for axis in "xyz")
 
 
-def _fields(line: str) -> list[str]:
-    return re.split(r"\s*[,;]\s*|\s+", line.strip().lstrip("#/").strip())
+def _fields(line: str, separator: str | None) -> list[str]:
+    line = line.strip(" \t\r\n#/,;")
+    mark = next((mark for mark in (separator, "\t") if mark and mark in line), None)
+    return line.split(mark) if mark else re.split(r"[,;\s]+", line)
 
 
 def _of_map(content: bytes, placement: Placement) -> Floats:
@@ -173,4 +191,5 @@ def _of_map(content: bytes, placement: Placement) -> Floats:
     row, column = np.nonzero(counts)
     points = np.column_stack([column, len(counts) - 1 - row, counts[row, column]]).astype(np.float64)
     step_mm, count_mm = placement.step_mm or 0.0, placement.count_mm or 0.0
+    points = np.column_stack([column, len(counts) - 1 - row, counts[row, column]]).astype(float)
     return points * [step_mm, step_mm, count_mm]

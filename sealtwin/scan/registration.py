@@ -25,13 +25,20 @@ MARGIN_MM = 15.0  # The face is judged up to this distance from the mouth
 BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges may be broken or covered
 FEWEST_OF_FACE = 0.4  # Smallest share of the face around the crack that a scan must show
 SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the extent of the crack
-SCALE_OFF = 0.05  # Largest relative difference of the distances between named points in scan and sample
+SCALE_OFF = 0.05  # Largest relative difference between the sizes of scan and sample
+BETTER_SIZE = 0.03  # A scan has another size only if the agreement is better by this difference
 UNIT_OFF = 0.5  # Two units differ by more than this ratio
 APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
+NEAR_FACE_MM, FEWEST_NEAR = 5.0, 100  # The face is within this height of the named points, by at least so many points
+SHIFT_OFF_MM = (
+    2.5  # Largest distance between the positions by named points and by the mouth if the latter agrees better
+)
 TRIED = 6  # Number of named points up to which all orders are tried
-LEAST_AGREEMENT = 0.5
-"""Smallest correlation of the scan's hollow or heap with the mouth. Wrong positions of random cracks reach 0.4."""
+LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.68
+"""Smallest correlation of the scan's hollow or heap with the mouth, in the search and at its end. Other cracks across
+the same face reach 0.64 at the end, and the right crack with most of its hollow unseen 0.73."""
+ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
 SURER = 0.08  # Difference of the agreements above which one position is clearly better
 LEAST_AREA = 3.0  # Smallest area of a scan, divided by the area of the mouth
 REMEDY = "Give at least three named points in readings.placement.points."
@@ -89,7 +96,10 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
     else:
         off_mm = None
     _require_unit(points_mm, placement, target, path)
-    levelled_mm, tilt_deg = _on_the_face(points_mm, path)
+    near_mm = points_mm[np.abs(points_mm[:, 2]) < NEAR_FACE_MM] if placement.points else points_mm
+    if len(near_mm) < FEWEST_NEAR:
+        raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
+    levelled_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
     if placement.points:
         pose, along_sd_mm = Pose(0.0, 0.0, 0.0), (off_mm or 0.0) / np.sqrt(len(placement.points))
         agreement, turned = _agreement_of_points(_searches(levelled_mm, target), path), None
@@ -97,7 +107,10 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
         pose, turned = _by_mouth(_searches(levelled_mm, target), path)
         finer = MouthSearch.of(levelled_mm, target.rings_mm, _cell_mm(target) / FINER)
         pose = finer.refined(pose)
+        _require_size(finer, pose, path)
         agreement = finer.agreement(pose)
+        if agreement < SURE_AGREEMENT:
+            raise InputError(_not_found(path, agreement, SURE_AGREEMENT))
         along_sd_mm = finer.shift_sd_mm(pose, target.centreline_mm)
     moved_mm = pose.apply(levelled_mm)
     heights = _mapped(moved_mm, target)
@@ -106,7 +119,8 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
     if coverage < FEWEST_OF_FACE:
         raise InputError(
             f"{path}: shows {coverage:.0%} of the face up to {MARGIN_MM:g} mm beside the crack, but at least "
-            f"{FEWEST_OF_FACE:.0%} are needed for the height of the face. Scan the face on both sides of the crack."
+            f"{FEWEST_OF_FACE:.0%} are needed for the height of the face. Scan the face on both sides of the "
+            f"crack, with a point every {heights.cell_mm:.2g} mm."
         )
     heights, covariance, residual_mm, slope_deg, centre_mm = _levelled_on_face(heights, face)
     return Placed(
@@ -137,7 +151,7 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
         )
     scale = _size(named_mm) / _size(places_mm)
     if abs(scale - 1) > SCALE_OFF:
-        cause = " The unit is wrong." if min(scale, 1 / scale) < UNIT_OFF else ""
+        cause = "" if UNIT_OFF <= scale <= 1 / UNIT_OFF else " The unit is wrong."
         raise InputError(
             f"{path}: the named points are {scale:.4g} times as far apart in the scan as on the sample.{cause} Correct "
             "readings.placement.units, or the coordinates."
@@ -154,7 +168,7 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
         if upward:
             order = min(upward, key=lambda entry: entry[1])[0]
             wrong = [name for index, name in enumerate(names) if order[index] != index]
-            cause = f"Points are exchanged: with {' and '.join(wrong)} in other order they agree."
+            cause = f"The points {' and '.join(wrong)} are exchanged: in another order they agree."
         raise InputError(f"{path}: the named points are {off_mm:.1f} mm (RMS) from their places. {cause}")
     exchanged = " or two points are exchanged" if upward else ""
     raise InputError(
@@ -181,9 +195,10 @@ def _orders(count: int) -> Iterator[tuple[int, ...]]:
 def _fitted(named_mm: Floats, places_mm: Floats) -> tuple[Floats, float]:
     """Return the rigid motion, (3, 4), with the smallest squared distances, and the RMS distance (Kabsch 1976)."""
     middle, goal = named_mm.mean(axis=0), places_mm.mean(axis=0)
-    turn, distance = Rotation.align_vectors(places_mm - goal, named_mm - middle)[:2]
-    matrix = turn.as_matrix()
-    return np.column_stack([matrix, goal - matrix @ middle]), float(distance / np.sqrt(len(named_mm)))
+    left, _, right = np.linalg.svd((places_mm - goal).T @ (named_mm - middle))
+    matrix = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    off_mm = _size((named_mm - middle) @ matrix.T - places_mm + goal) / np.sqrt(len(named_mm))
+    return np.column_stack([matrix, goal - matrix @ middle]), float(off_mm)
 
 
 def _require_unit(points_mm: Floats, placement: Placement, target: Target, path: Path) -> None:
@@ -194,30 +209,33 @@ def _require_unit(points_mm: Floats, placement: Placement, target: Target, path:
     if SPANS[0] * crack_mm <= span_mm <= SPANS[1] * crack_mm:
         return
     declared = MM[placement.units] if placement.units else 1.0
-    likely = [name for name, mm in MM.items() if 0.9 * crack_mm <= span_mm * mm / declared <= 6 * crack_mm]
-    cause = f'It seems to be in {likely[0]}: set readings.placement.units = "{likely[0]}".' if likely else ""
+    likely = " or ".join(f'"{name}"' for name, mm in MM.items() if 0.9 <= span_mm * mm / declared / crack_mm <= 6)
+    cause = f"It seems to be in another unit: set readings.placement.units = {likely}." if likely else ""
     raise InputError(
         f"{path}: the scan is {span_mm:.4g} mm long, but the crack {crack_mm:.4g} mm. "
         f"{cause or 'Crop the scan to the face, or correct its unit.'}"
     )
 
 
-def _on_the_face(points_mm: Floats, path: Path) -> tuple[Floats, float]:
+def _on_the_face(points_mm: Floats, near_mm: Floats, path: Path) -> tuple[Floats, float]:
     """Return the points with the face's plane at z = 0, and the angle by which they were turned.
 
-    The plane has the smallest 40 % quantile of distances (least quantile of squares, Rousseeuw & Leroy 1987).
+    Of the points ``near_mm``, the plane has the smallest 40 % quantile of distances (least quantile of squares,
+    Rousseeuw & Leroy 1987).
     """
     random = np.random.default_rng(0)
-    some = points_mm[random.choice(len(points_mm), min(SAMPLED, len(points_mm)), replace=False)]
+    some = near_mm[random.choice(len(near_mm), min(SAMPLED, len(near_mm)), replace=False)]
     corners = some[random.integers(len(some), size=(PLANES, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
-    usable = np.abs(normals[:, 2]) > np.cos(np.radians(MOST_TILT_DEG)) * np.maximum(lengths, 1e-12)
+    steepest = np.cos(np.radians(MOST_TILT_DEG))
+    usable = np.abs(normals[:, 2]) > steepest * np.maximum(lengths, 1e-12)
+    no_face = InputError(
+        f"{path}: no plane within {MOST_TILT_DEG:g} degrees of the upward axis: set readings.placement.up to the axis "
+        "that points out of the face."
+    )
     if not usable.any():
-        raise InputError(
-            f"{path}: no plane within {MOST_TILT_DEG:g} degrees of the upward axis: set readings.placement.up to the "
-            "axis that points out of the face."
-        )
+        raise no_face
     normals, corners = normals[usable], corners[usable]
     normals *= np.sign(normals[:, 2:]) / np.linalg.norm(normals, axis=1)[:, None]
     few = some[:4000]
@@ -233,6 +251,8 @@ def _on_the_face(points_mm: Floats, path: Path) -> tuple[Floats, float]:
         normal = normal * np.sign(normal[2])
         height = float(normal @ middle)
         spread = MAD * float(np.median(np.abs(near @ normal - height)))
+    if normal[2] < steepest:
+        raise no_face
     turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])[0]
     levelled = points_mm @ turn.as_matrix().T
     return levelled - [0.0, 0.0, height], float(np.degrees(turn.magnitude()))
@@ -263,10 +283,14 @@ def _agreement_of_points(searches: tuple[MouthSearch, MouthSearch], path: Path) 
         return None
     if agreement < mirrored - 2 * SURER and best.agreement < mirrored:
         raise InputError(_mirrored(path, agreement, mirrored))
-    if agreement < best.agreement - 2 * SURER:
+    middle_mm = search.samples_mm.mean(axis=0)
+    shift_mm = float(np.hypot(*(best.pose.back(middle_mm[None])[0] - middle_mm)))
+    better = best.agreement - agreement
+    if better > 2 * SURER or (better > SURER / 2 and shift_mm > SHIFT_OFF_MM):
         raise InputError(
-            f"{path}: at the named points the crack agrees with the mouth only to {agreement:.2f}, but turned by "
-            f"{best.pose.turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are exchanged, or name other spots."
+            f"{path}: at the named points the crack agrees with the mouth only to {agreement:.2f}, but {shift_mm:.1f} "
+            f"mm away and turned by {best.pose.turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are "
+            "exchanged, or their coordinates are wrong."
         )
     return agreement
 
@@ -275,6 +299,14 @@ def _mirrored(path: Path, straight: float, mirrored: float) -> str:
     return (
         f"{path}: the scan is mirrored: the crack agrees with the mouth to {straight:.2f}, but mirrored to "
         f"{mirrored:.2f} of 1. Export it without mirroring, and with right-handed axes."
+    )
+
+
+def _not_found(path: Path, agreement: float, least: float) -> str:
+    return (
+        f"{path}: the crack is not found in the scan: its best agreement with the mouth is {agreement:.2f}, but "
+        f"{least:g} of 1 are needed. The sealant may be level with the face, the scan may be of another sample, or its "
+        f"largest plane may be a table: crop the scan to the face. {REMEDY}"
     )
 
 
@@ -294,19 +326,28 @@ def _by_mouth(searches: tuple[MouthSearch, MouthSearch], path: Path) -> tuple[Po
                 f"{path}: the scan shows {share:.1f} times the area of the crack's mouth. Most of the face is missing: "
                 "scan it on both sides of the crack."
             )
+        raise InputError(_not_found(path, best.agreement, LEAST_AGREEMENT))
+    if turned.agreement > best.agreement or max(mirrored) > best.agreement + SURER:
+        turn = f"turned by {turned.pose.turn_deg:.0f} degrees"
+        apart = max(mirrored) - turned.agreement
+        cause = "mirrored" if apart > ALIKE else turn if apart < -ALIKE else f"mirrored or {turn}"
         raise InputError(
-            f"{path}: the crack is not found in the scan: its best agreement with the mouth is {best.agreement:.2f}, "
-            f"but {LEAST_AGREEMENT:g} of 1 are needed. The sealant may be level with the face. {REMEDY}"
-        )
-    if max(mirrored) > max(best.agreement, turned.agreement) + SURER or mirrored[0] > best.agreement + SURER:
-        raise InputError(_mirrored(path, best.agreement, max(mirrored)))
-    if turned.agreement > best.agreement:
-        raise InputError(
-            f"{path}: the crack agrees with the mouth to {best.agreement:.2f}, but turned by "
-            f"{turned.pose.turn_deg:.0f} degrees to {turned.agreement:.2f} of 1. At most {MOST_TURN_DEG:g} degrees are "
-            f"allowed without named points. Turn the scan. {REMEDY}"
+            f"{path}: the scan is {cause}: the crack agrees with the mouth to {best.agreement:.2f}, but {turn} to "
+            f"{turned.agreement:.2f} and mirrored to {max(mirrored):.2f} of 1. Export it without mirroring, with axes "
+            f"that agree with the photo's up to {MOST_TURN_DEG:g} degrees, or name points."
         )
     return best.pose, turned.agreement
+
+
+def _require_size(search: MouthSearch, pose: Pose, path: Path) -> None:
+    """Raise InputError if a larger or smaller crack agrees clearly better with the mouth."""
+    size, agreement = search.size(pose)
+    agreed = search.agreement(pose)
+    if abs(size - 1) > SCALE_OFF and agreement > agreed + BETTER_SIZE:
+        raise InputError(
+            f"{path}: the crack agrees with the mouth to {agreed:.2f}, but if it is {size:.2f} times as long to "
+            f"{agreement:.2f} of 1. Correct the scale of the scan, such as readings.placement.step_mm, or of the photo."
+        )
 
 
 def _mapped(points_mm: Floats, target: Target) -> HeightMap:

@@ -33,6 +33,7 @@ WINDOW_MM, MIDDLE, INNER = 3.0, 0.6, 0.5
 the largest share of the half width that is left out beside the walls."""
 ROUNDS, FEWEST_CELLS = 5, 12
 STRAY_SD, STRAY_MM = 4.0, 0.2  # A stray cell is farther from the surface than both limits
+BELOW_FLOOR, BELOW_FLOOR_MM = 0.2, 1.0  # A scan is refused if this share of it is this far below the floor of the crack
 MAX_LAGS = 8  # Stations farther apart than this share no noise
 BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
 EDGE = 0.2  # Standard uncertainty of the edge of a volume, in cells
@@ -61,6 +62,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     placement = settings.placement or Placement()
     placed = place(read_points(path, placement), placement, target, path)
     surface = _Surface.of(placed, target, cuts, levels_mm, solid.block_mm)
+    surface.require_above_floor(path)
     levels = surface.levels(outline.length_mm)
     seen = np.isfinite(levels.level_mm)
     holes = _stretches(levels.s_mm, ~seen)
@@ -116,7 +118,7 @@ class _Levels:
     s_mm: Floats
     level_mm: Floats
     clear_mm: Floats  # Means of the cells clear of the walls, without what the fit adds beside them
-    surface_mm: Floats  # Height without strays and holes in each cell of the mouth, NaN if unknown
+    surface_mm: Floats  # Height without strays and holes in each cell of the mouth
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +167,7 @@ class _Surface:
         cell_mm = self.placed.heights.cell_mm
         count = max(int(length_mm / max(STATION_MM, 2 * cell_mm)), 2)
         ends_mm = np.linspace(0.0, length_mm, count + 1)
-        station = np.searchsorted(ends_mm, self.s_mm, side="right") - 1
+        station = np.clip(np.searchsorted(ends_mm, self.s_mm, side="right") - 1, 0, count - 1)
         middles_mm = (ends_mm[:-1] + ends_mm[1:]) / 2
         level_mm, clear_mm = np.full(count, np.nan), np.full(count, np.nan)
         height_mm = self.placed.heights.height_mm[self.mouth]
@@ -186,6 +188,9 @@ class _Surface:
             surface_mm[cells] = np.where(wet, cells_mm, walls_mm)
             if clear.any() and good.sum() >= LEAST_SEEN * clear.sum():
                 level_mm[number], clear_mm[number] = cells_mm[wet].mean(), height_mm[cells][good].mean()
+        if (seen := np.isfinite(level_mm)).any():
+            in_hole_mm = np.maximum(np.interp(self.s_mm, middles_mm[seen], level_mm[seen]), self.bottom_mm[self.mouth])
+            surface_mm = np.where(np.isnan(surface_mm), in_hole_mm, surface_mm)
         return _Levels(middles_mm, level_mm, clear_mm, surface_mm)
 
     def _terms(self, cells: Integers, s_mm: float) -> Floats:
@@ -222,6 +227,16 @@ class _Surface:
             fit[columns] = np.linalg.lstsq(terms[kept][:, columns], height_mm[kept], rcond=None)[0]
         return _Fit(fit, limit_mm, least_mm)
 
+    def require_above_floor(self, path: Path) -> None:
+        """Raise InputError if the scanned surface lies mostly below the floor of the crack."""
+        off_mm = (self.placed.heights.height_mm - self.bottom_mm)[self.mouth]
+        off_mm = off_mm[np.isfinite(off_mm)]
+        if len(off_mm) and np.quantile(off_mm, BELOW_FLOOR) < -BELOW_FLOOR_MM:
+            raise InputError(
+                f"{path}: {np.mean(off_mm < 0):.0%} of the surface in the crack are below its floor, by "
+                f"{-np.median(off_mm[off_mm < 0]):.1f} mm. Correct the crack's depth, or the unit of the heights."
+            )
+
     def noise_mm2(self, width_mm: float) -> Floats:
         """Return the covariance of the levels of stations that are 0, 1, 2, ... stations apart, (lags,).
 
@@ -253,7 +268,7 @@ class _Surface:
         """
         heights = self.placed.heights
         height_mm = self._beside_mm()
-        height_mm[self.mouth] = np.where(np.isnan(surface_mm), self.bottom_mm[self.mouth], surface_mm)
+        height_mm[self.mouth] = surface_mm
         spread_mm = MAD * float(np.median(np.abs(height_mm[self.placed.face])))
         raised = (height_mm > max(RAISED_SD * spread_mm, RAISED_MM)) & (heights.away_mm(self.mouth) < BESIDE_MM)
         over_mouth = self.mouth & (height_mm > 0)
@@ -354,6 +369,7 @@ def _dialect(figures: ScanFigures, path: Path) -> str:
     parts = (
         f"scan of {figures.points:,} points in cells of {figures.cell_mm:.2f} mm",
         f"placed {placed}",
+        f"sealant {abs(figures.mean_level_mm):.2f} mm {'above' if figures.mean_level_mm > 0 else 'below'} the face",
         f"face within {figures.residual_mm:.3f} mm (RMS) of its plane, {figures.coverage:.0%} of it seen",
         *([f"holes from {holes} mm"] if holes else []),
     )

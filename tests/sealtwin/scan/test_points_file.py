@@ -1,0 +1,115 @@
+"""Files of scanners give points in mm, or a sentence that names what is wrong with them."""
+
+import io
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+from sealtwin.scan.points_file import read_points
+from sealtwin.scan.settings import Placement
+
+POINTS = np.random.default_rng(0).uniform(-50, 150, (200, 3)).round(3)
+MAP = Placement(step_mm=0.5, count_mm=0.01)
+
+
+def ply(kind: str, order: str = "<") -> bytes:
+    types = "".join(f"property float {axis}\n" for axis in "xyz")
+    head = f"ply\nformat {kind} 1.0\nelement vertex {len(POINTS)}\n{types}end_header\n".encode()
+    return head + (rows(POINTS).encode() if kind == "ascii" else POINTS.astype(f"{order}f4").tobytes())
+
+
+def rows(points: Floats, separator: str = " ", order: Sequence[int] = (0, 1, 2), header: str = "") -> str:
+    return header + "".join(separator.join(f"{row[k]:.3f}" for k in order) + "\n" for row in points)
+
+
+def picture(pixels: np.ndarray, kind: str = "PNG") -> bytes:
+    content = io.BytesIO()
+    Image.fromarray(pixels).save(content, kind)
+    return content.getvalue()
+
+
+def read(folder: Path, name: str, content: str | bytes, placement: Placement | None = None) -> Floats:
+    path = folder / name
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return read_points(path, placement or Placement(units="mm"))
+
+
+FORMATS: dict[str, str | bytes] = {
+    "binary.ply": ply("binary_little_endian"),
+    "big-endian.ply": ply("binary_big_endian", ">"),
+    "text.ply": ply("ascii"),
+    "spaces.xyz": rows(POINTS),
+    "count.pts": f"{len(POINTS)}\n" + rows(POINTS, order=(0, 1, 2, 0, 0)),
+    "not measured first.xyz": "1 2 inf\n1 2 nan\n" + rows(POINTS),
+    "names and others.csv": rows(POINTS, ";", (0, 2, 1, 0), '"nx";"z_mm";"y_mm";"x_mm"\n'),
+    "names with units.csv": rows(POINTS, ",", (2, 0, 1), "z [mm], x [mm], y [mm]\n"),
+    "names with tabs.txt": rows(POINTS, "\t", (2, 0, 1), "z (mm)\tx (mm)\ty (mm)\n"),
+    "names, and an empty line.csv": rows(POINTS, ",", (2, 0, 1), "z,x,y\n\n"),
+    "names, and a comment.csv": rows(POINTS, ",", (2, 0, 1), "z,x,y\n# height first\n"),
+}
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_each_format_and_order_of_columns_gives_the_same_points(tmp_path, name):
+    points_mm = read(tmp_path, name, FORMATS[name], Placement(units="cm"))
+    assert points_mm == pytest.approx(10 * POINTS, abs=2e-4)  # float32 has steps of 1e-5 at 150 cm
+
+
+@pytest.mark.parametrize("name", ["plate.stl", "plate.ply"])
+def test_triangles_count_by_their_area(tmp_path, name):
+    """A plate of 40 x 10 mm, cut into three triangles, of which the left one is thin."""
+    corners, faces = [(0, 0, 2), (0, 10, 2), (0, 5, 2), (40, 0, 2), (40, 10, 2)], [(0, 3, 2), (2, 3, 4), (2, 4, 1)]
+    trimesh.Trimesh(corners, faces, process=False).export(tmp_path / name)
+    points_mm = read_points(tmp_path / name, Placement(units="mm"))
+    assert points_mm.mean(axis=0) == pytest.approx((20, 5, 2), abs=0.5)  # 10,000 points: 0.12 mm
+
+
+@pytest.mark.parametrize("kind", ["PNG", "TIFF"])
+def test_a_height_map_has_y_up_and_nothing_where_it_is_0(tmp_path, kind):
+    pixels = np.full((20, 30), 500, np.uint16)
+    pixels[0, 0], pixels[19, 29] = 700, 0
+    points_mm = read(tmp_path, "map.png" if kind == "PNG" else "map.tif", picture(pixels, kind), MAP)
+    assert len(points_mm) == 599
+    assert points_mm[points_mm[:, 2] > 6] == pytest.approx(np.array([[0, 9.5, 7.0]]))
+
+
+FLAT = np.full((20, 30), 500, np.uint16)
+REFUSED: dict[str, tuple[str, str | bytes, str]] = {
+    "no points": ("scan.xyz", "", "three numbers"),
+    "decimal commas": ("scan.csv", rows(POINTS, ";").replace(".", ","), "decimal commas"),
+    "other names": ("scan.csv", rows(POINTS, ",", header="east,north,up\n"), "east, north, up"),
+    "fewer names than columns": ("scan.csv", rows(POINTS, ",", (2, 0, 1, 0), "z,x,y\n"), "3 columns.*have 4"),
+    "too many points": ("scan.ply", ply("ascii").replace(b"vertex 200", b"vertex 4000000000"), "4,000,000,000"),
+    "far from the origin": ("scan.xyz", rows(POINTS + 2e5), "from the origin.*offset"),
+    "a number that is no coordinate": ("scan.xyz", "1e38 0 0\n" + rows(POINTS), "1 points.*beyond"),
+    "8 bits": ("map.png", picture(FLAT.astype(np.uint8)), "16 bits"),
+    "another suffix": ("scan.obj", "v 1 2 3", "expected PLY"),
+}
+
+
+@pytest.mark.parametrize(("name", "content", "cause"), REFUSED.values(), ids=REFUSED)
+def test_a_damaged_file_is_refused_with_its_cause(tmp_path, name, content, cause):
+    with pytest.raises(InputError, match=f"(?s){name}: .*(?:{cause})"):
+        read(tmp_path, name, content, MAP if name == "map.png" else None)
+
+
+def test_no_unit_is_guessed(tmp_path):
+    with pytest.raises(InputError, match=r"placement\.units"):
+        read(tmp_path, "scan.xyz", rows(POINTS), Placement())
+    with pytest.raises(InputError, match=r"placement\.step_mm"):
+        read(tmp_path, "map.png", b"", Placement(units="mm"))
+
+
+def test_a_line_without_end_is_refused_at_once(tmp_path):
+    """A pattern that can divide digits in two ways took 4 s for 20,000 of them, and hours for 20 million."""
+    begin = time.process_time()
+    with pytest.raises(InputError, match="three numbers"):
+        read(tmp_path, "scan.xyz", "1" * 20_000 + "\n1\n")
+    assert time.process_time() - begin < 1.0

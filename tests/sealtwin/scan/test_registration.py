@@ -1,0 +1,99 @@
+"""A scan is brought to the sample, or refused with a sentence that names the cause."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+from sealtwin.scan.registration import Placed, place
+from sealtwin.scan.settings import NamedPoint, Placement
+from tests.support.scan_beds import bed, sloping_mm, target
+
+MOVE = Rotation.from_euler("xyz", [4, -5, 6], degrees=True)
+AWAY_MM = np.array([3.0, -2.0, 20.0])
+CORNERS = np.array([(-8.0, -8.0), (48.0, -8.0), (35.0, 9.0), (-5.0, 8.0)])
+TURNABLE = np.array([(20.0, 12.0), (9.6, -6.0), (30.4, -6.0)])  # Equilateral
+
+
+def moved(points_mm: Floats) -> Floats:
+    return MOVE.apply(points_mm) + AWAY_MM
+
+
+def named(points_mm: Floats, scan_mm: Floats | None = None) -> Placement:
+    """Name points of the sample, (n, 2), that have coordinates in the scan, (n, 3)."""
+    seen_mm = moved(np.pad(points_mm, ((0, 0), (0, 1)))) if scan_mm is None else scan_mm
+    pairs = enumerate(zip(seen_mm.tolist(), points_mm.tolist(), strict=True))
+    names = (NamedPoint(name=f"P{number}", scan=(*scan,), sample_mm=(*sample,)) for number, (scan, sample) in pairs)
+    return Placement(units="mm", points=tuple(names))
+
+
+def placed(points_mm: Floats, placement: Placement) -> Placed:
+    return place(points_mm, placement, target(), Path("scan.xyz"))
+
+
+CORNERS_SEEN = moved(np.pad(CORNERS, ((0, 0), (0, 1))))
+TURNABLE_SEEN = moved(np.pad(TURNABLE, ((0, 0), (0, 1))))
+BY_POINTS = {
+    "two exchanged": (named(CORNERS, CORNERS_SEEN[[1, 0, 2, 3]]), "P0 and P1 are exchanged"),
+    "mirrored": (named(CORNERS, CORNERS_SEEN * [-1, 1, 1]), "mirrored"),
+    "another unit": (named(CORNERS, CORNERS_SEEN / 10), "0.1 times.*unit is wrong"),
+    "all the same": (named(CORNERS, CORNERS_SEEN[[0, 0, 0, 0]]), "0 times as far apart"),
+    "one 5 mm off": (named(CORNERS, CORNERS_SEEN + 5 * np.eye(4, 3, 1)), r"mm \(RMS\) from their"),
+    "on one line": (named(np.array([(0.0, 0.0), (20, 1), (40, 0)])), "almost on one line"),
+    "no face there": (named(CORNERS, CORNERS_SEEN + 40 * np.eye(3)[2]), "no face at the height"),
+}
+
+
+@pytest.mark.parametrize(("placement", "cause"), BY_POINTS.values(), ids=BY_POINTS)
+def test_wrong_named_points_are_refused_with_their_cause(placement, cause):
+    with pytest.raises(InputError, match=cause):
+        placed(moved(bed()), placement)
+
+
+@pytest.mark.parametrize(
+    ("placement", "cause"),
+    [
+        (named(TURNABLE, TURNABLE_SEEN[[1, 2, 0]]), "turned by -?120 degrees"),
+        (named(CORNERS, CORNERS_SEEN + MOVE.apply([0.0, 3.0, 0.0])), "(2.9|3..) mm away"),
+    ],
+    ids=["exchanged in a circle", "shifted by 3 mm"],
+)
+def test_named_points_are_compared_with_the_mouth(placement, cause):
+    """These points agree with each other, so only the crack shows that they are wrong."""
+    with pytest.raises(InputError, match=f"(?s)at the named points the crack agrees.*{cause}"):
+        placed(moved(bed()), placement)
+
+
+def with_table(points_mm: Floats) -> Floats:
+    """Add a table 30 mm below the face, with twice as many points as the face."""
+    table_mm = np.random.default_rng(3).uniform((-80, -70, -30.02), (120, 70, -29.98), (2 * len(points_mm), 3))
+    return np.vstack([points_mm, table_mm])
+
+
+BY_MOUTH = {
+    "another unit": (lambda: bed() / 10, "another unit.*cm"),
+    "a table": (lambda: with_table(bed()), "table"),
+    "no crack": (lambda: bed(np.zeros_like), "not found.*level with the face"),
+    "mirrored": (lambda: bed() * [1, -1, 1], "mirrored"),
+    "turned by 90 degrees": (lambda: bed() @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), "turned by -?[89]. degrees"),
+    "one end missing": (lambda: (lambda points: points[points[:, 0] < 22])(bed()), "as long"),
+    "another size": (lambda: bed() * 1.2, "1.1. times as long"),
+    "on its side": (lambda: bed()[:, [0, 2, 1]], "placement.up"),
+    "too steep": (lambda: Rotation.from_euler("x", 50, degrees=True).apply(bed()), "placement.up"),
+}
+
+
+@pytest.mark.parametrize(("scan", "cause"), BY_MOUTH.values(), ids=BY_MOUTH)
+def test_a_scan_that_does_not_fit_is_refused_with_its_cause(scan, cause):
+    with pytest.raises(InputError, match=f"(?s){cause}"):
+        placed(scan(), Placement(units="mm"))
+
+
+@pytest.mark.parametrize("with_plane", [bed, lambda: with_table(bed())], ids=["the face", "a table below it"])
+def test_named_points_place_a_scan_to_their_accuracy(with_plane):
+    scan = placed(moved(with_plane()), named(CORNERS))
+    middle_mm = scan.heights.at_mm(*target().centreline_mm[5:-5].T)
+    assert np.nanmean(middle_mm) == pytest.approx(sloping_mm(np.array(20.0)), abs=0.05)

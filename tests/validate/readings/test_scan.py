@@ -1,0 +1,82 @@
+"""A scan of a bed whose level is known gives this level, names its holes, and refuses what is no sealed crack."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Profile
+from sealtwin.scan.settings import NamedPoint, Placement
+from tests.support.scan_beds import OUTLINE, bed, sloping_mm
+from validate.readings.scan import read_scan
+from validate.settings import Readings
+
+CORNERS_MM = ((-8.0, -8.0), (48.0, -8.0), (35.0, 9.0))
+POINTS = tuple(NamedPoint(name=f"{x}", scan=(x, y, 0.0), sample_mm=(x, y)) for x, y in CORNERS_MM)
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(points_mm: Floats, points: tuple[NamedPoint, ...] = POINTS, **shape: Any) -> Profile:
+        path = tmp_path / "scan.xyz"
+        np.savetxt(path, points_mm, fmt="%.4f")
+        placement = Placement(units="mm", points=points)
+        settings = Readings(scan=path, data="synthetic", role="held-out", placement=placement)
+        solid = build_solid(OUTLINE, CrackShape.model_validate({"depth_mm": 8.0, "tilt": "vertical", **shape}))
+        return read_scan(Path(path), settings, OUTLINE, solid)
+
+    return read
+
+
+@pytest.mark.parametrize("points", [POINTS, ()], ids=["by named points", "by the mouth"])
+def test_the_level_of_a_known_bed_is_read_along_the_crack(read, points):
+    """Noise of 0.02 mm in cells of two points leaves 0.01 mm. Cells across the walls and the position add the rest."""
+    profile = read(bed(spacing_mm=0.5 if points else 0.3), points)
+    off_mm = profile.level_mm - sloping_mm(profile.s_mm)
+    assert len(profile.s_mm) > 20
+    assert np.sqrt(np.mean(off_mm**2)) < 0.06
+    assert "below the face" in profile.dialect
+
+
+def test_a_stretch_that_is_not_seen_is_a_hole(read):
+    points_mm = bed()
+    profile = read(points_mm[np.abs(points_mm[:, 0] - 20) > 4])
+    assert profile.scan is not None
+    hole = max(profile.scan.figures.holes_mm, key=np.ptp)
+    assert hole == pytest.approx((16, 24), abs=2.5)  # Stations are 1.4 mm long
+    assert "holes from" in profile.dialect
+    assert not ((profile.s_mm > hole[0]) & (profile.s_mm < hole[1])).any()
+
+
+def test_walls_above_the_sealant_do_not_count(read):
+    """Walls of a flare lean inwards from the mouth: its sealant, 3 mm deep, is narrower than the mouth by 1 mm."""
+    points_mm = bed(lambda s_mm: np.full_like(s_mm, -3.0))
+    y_mm = [np.interp(points_mm[:, 0], *wall.T) for wall in (OUTLINE.left_wall_mm, OUTLINE.right_wall_mm)]
+    inside_mm = np.minimum(y_mm[0] - points_mm[:, 1], points_mm[:, 1] - y_mm[1])
+    wall_mm = -inside_mm / np.tan(np.radians(10.0))
+    points_mm[:, 2] = np.where(points_mm[:, 2] < -1, np.maximum(wall_mm, points_mm[:, 2]), points_mm[:, 2])
+    profile = read(points_mm, tilt="funnel", wall_angle_deg=10.0)
+    assert profile.level_mm.mean() == pytest.approx(-3.0, abs=0.1)  # With the walls 0.5 mm higher
+
+
+@pytest.mark.parametrize(
+    ("points_mm", "cause"),
+    [
+        (bed(lambda s_mm: np.full_like(s_mm, -16.0)), "below its floor.*unit of the heights"),
+        (bed()[bed()[:, 2] > -0.5], "0 stations"),
+    ],
+    ids=["deeper than the crack", "no sealant seen"],
+)
+def test_a_scan_without_sealant_in_the_crack_is_refused(read, points_mm, cause):
+    with pytest.raises(InputError, match=cause):
+        read(points_mm)
+
+
+def test_sealant_above_the_face_is_called_so(read):
+    """Heights that are counted downward give the same picture: only this sentence shows it."""
+    assert re.search(r"sealant 1\.6\d mm above the face", read(bed() * [1, 1, -1]).dialect)
