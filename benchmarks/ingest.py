@@ -178,7 +178,7 @@ def ordinary_rows(scratch: Path) -> list[Row]:
 def _as_written(trial: Path, number: int) -> bool:
     """Return whether a trial's readings are those that were written; one may be missing."""
     settings = present(load_trial(trial / "trial.toml").readings, "the readings")
-    readings, expected_mm = read_readings(trial / settings.file, settings), levels_mm(number)
+    readings, expected_mm = read_readings(trial / settings.path, settings), levels_mm(number)
     repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
     if (lost := np.isnan(repeats_mm)).sum() == 1:
         expected_mm[lost] = np.nan

@@ -151,7 +151,9 @@ def _named_points(sealed: Sealed, rng: np.random.Generator, pose: Pose, unit_mm:
     scan = (pose[0].apply(marks_mm) + pose[1]) / unit_mm
     known_mm = marks_mm[:, :2] + rng.uniform(-0.1, 0.1, (5, 2))
     rows = [*zip(scan[:count].tolist(), known_mm[:count].tolist(), strict=True)]
-    return [NamedPoint(name=f"mark {row + 1}", scan=seen, sample_mm=known) for row, (seen, known) in enumerate(rows)]
+    return [
+        NamedPoint(name=f"mark {row + 1}", scan=seen, sample_mm=place_mm) for row, (seen, place_mm) in enumerate(rows)
+    ]
 
 
 def _write_map(sealed: Sealed, rng: np.random.Generator, pose: Pose, step_mm: float, path: Path) -> None:
@@ -170,7 +172,7 @@ def _write_map(sealed: Sealed, rng: np.random.Generator, pose: Pose, step_mm: fl
         scan_mm[:, 2] += residual_mm / pose[0].as_matrix()[2, 2]
     plan_mm = pose[0].inv().apply(scan_mm - pose[1])[:, :2]
     scan_mm[:, 2] += _errors_mm(sealed, rng, plan_mm)
-    known = (rng.random(len(plan_mm)) > MISSING) & ~_in_holes(sealed, rng, plan_mm) & (np.abs(residual_mm) < 0.02)
-    known &= ((plan_mm > 0) & (plan_mm < (width_mm, height_mm))).all(axis=1)
-    counts = np.where(known, np.round((scan_mm[:, 2] + MAP_Z_MM) / COUNT_MM), 0).astype(np.uint16)
+    is_seen = (rng.random(len(plan_mm)) > MISSING) & ~_in_holes(sealed, rng, plan_mm) & (np.abs(residual_mm) < 0.02)
+    is_seen &= ((plan_mm > 0) & (plan_mm < (width_mm, height_mm))).all(axis=1)
+    counts = np.where(is_seen, np.round((scan_mm[:, 2] + MAP_Z_MM) / COUNT_MM), 0).astype(np.uint16)
     cv2.imwrite(str(path), counts.reshape(rows, columns))

@@ -51,8 +51,8 @@ def mean_by_icp_mm(sealed: Sealed, points_mm: Floats, s_mm: Floats) -> float:
     clouds[1].estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(0.7, 20))
     methods = o3d.pipelines.registration
     to_plane = methods.TransformationEstimationPointToPlane(methods.TukeyLoss(0.3))
-    found = methods.registration_icp(*clouds, 1.0, np.eye(4), to_plane).transformation
-    levels = levels_mm(sealed, points_mm @ found[:3, :3].T + found[:3, 3], s_mm)
+    motion = methods.registration_icp(*clouds, 1.0, np.eye(4), to_plane).transformation
+    levels = levels_mm(sealed, points_mm @ motion[:3, :3].T + motion[:3, 3], s_mm)
     return mean_along_mm(s_mm[np.isfinite(levels)], levels[np.isfinite(levels)])
 
 

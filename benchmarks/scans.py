@@ -149,10 +149,10 @@ def _rows(outcomes: Sequence[Outcome], scans: int) -> Iterator[Row]:
     heaps = [outcome for outcome in outcomes if outcome.volume_mm3 >= LEAST_MM3]
     if heaps:
         percent = [100 * abs(heap.volume_error_mm3) / heap.volume_mm3 for heap in heaps]
-        held = sum(abs(heap.volume_error_mm3) <= heap.volume_half_mm3 for heap in heaps)
+        inside = sum(abs(heap.volume_error_mm3) <= heap.volume_half_mm3 for heap in heaps)
         yield Row("volume above the face: median error", float(np.median(percent)), "%", 0.0, 3.0)
         yield Row("volume above the face: largest error", max(percent), "%")
-        yield Row("volume in its 95 % interval", held, f"of {len(heaps)}")
+        yield Row("volume in its 95 % interval", inside, f"of {len(heaps)}")
     apart_mm = np.abs([outcome.apart_mm for outcome in outcomes if outcome.apart_mm is not None])
     if len(apart_mm):
         yield Row(f"mean level, apart from Open3D: largest of {len(apart_mm)}", float(apart_mm.max()), "mm", 0.0, 0.03)

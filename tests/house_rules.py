@@ -36,6 +36,7 @@ PAST_THE_READER = {
     "digitise/trace_page/page.py": "reads files of the package; its sheets are photos that are decoded",
     "digitise/image/decoding.py": "asks for a plain file and its size itself, with words for photos",
     "digitise/drawing/read_dxf.py": "asks for a plain file and its size itself, with words for drawings",
+    "sealtwin/scan/points_file.py": "hands NumPy, Pillow and trimesh what the reader has read",
     "simulate/watchers.py": "hands NumPy what the reader has opened",
     "sealtwin/study/study_map.py": "hands NumPy what the reader has opened",
     "sealtwin/cli/answer.py": "opens the null device",

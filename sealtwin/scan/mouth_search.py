@@ -198,7 +198,8 @@ class MouthSearch:
         The halves consist of alternating stretches, so that both contain an end. Half of their distance is the standard
         uncertainty of a fit to both, for errors that stretches do not share.
         """
-        stretch = np.floor(arc_length_at(self.samples_mm, centreline_mm) / arc_length(centreline_mm)[-1] * STRETCHES)
+        part = arc_length_at(self.samples_mm, centreline_mm) / arc_length(centreline_mm)[-1]
+        stretch = np.clip(np.floor(part * STRETCHES), 0, STRETCHES - 1)
         sides = self.map.cell_mm * np.array([[0, 0], [1.0, 0], [0, 1.0]])
         options = {"initial_simplex": sides, "xatol": 1e-2, "fatol": 1e-5, "maxiter": 80}
 

@@ -12,7 +12,7 @@ from PIL import Image
 from sealtwin.core.arrays import Floats
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import BEYOND_ANY_UNIT, LARGEST_BYTES, UnreadableError, load_trimesh, read_mesh
-from sealtwin.core.plain_files import read_bytes
+from sealtwin.core.plain_files import opened, read_bytes
 from sealtwin.scan.settings import MM, Placement
 
 MAX_POINTS = 5_000_000
@@ -101,7 +101,7 @@ def _refuse_too_many(count: int, noun: str = "points") -> None:
 
 
 def _has_faces(path: Path) -> bool:
-    with path.open("rb") as content:
+    with opened(path, LARGEST_BYTES) as content:
         header = content.read(65_536).partition(b"end_header")[0]
     count = re.search(rb"^element face (\d+)", header, re.MULTILINE)
     return count is not None and int(count[1]) > 0

@@ -26,6 +26,7 @@ BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges 
 FEWEST_OF_FACE = 0.4  # Smallest share of the face around the crack that a scan must show
 SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the extent of the crack
 SCALE_OFF = 0.05  # Largest relative difference between the sizes of scan and sample
+LEAST_OF_SIZE = 0.85  # A scan of another size agrees at least so well at this size
 BETTER_SIZE = 0.03  # A scan has another size only if the agreement is better by this difference
 UNIT_OFF = 0.5  # Two units differ by more than this ratio
 APART_MM = 5.0  # Smallest spread of named points across their longest line
@@ -35,7 +36,7 @@ SHIFT_OFF_MM = (
     2.5  # Largest distance between the positions by named points and by the mouth if the latter agrees better
 )
 TRIED = 6  # Number of named points up to which all orders are tried
-LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.68
+LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.65
 """Smallest correlation of the scan's hollow or heap with the mouth, in the search and at its end. Other cracks across
 the same face reach 0.64 at the end, and the right crack with most of its hollow unseen 0.73."""
 ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
@@ -343,7 +344,7 @@ def _require_size(search: MouthSearch, pose: Pose, path: Path) -> None:
     """Raise InputError if a larger or smaller crack agrees clearly better with the mouth."""
     size, agreement = search.size(pose)
     agreed = search.agreement(pose)
-    if abs(size - 1) > SCALE_OFF and agreement > agreed + BETTER_SIZE:
+    if abs(size - 1) > SCALE_OFF and agreement > max(agreed + BETTER_SIZE, LEAST_OF_SIZE):
         raise InputError(
             f"{path}: the crack agrees with the mouth to {agreed:.2f}, but if it is {size:.2f} times as long to "
             f"{agreement:.2f} of 1. Correct the scale of the scan, such as readings.placement.step_mm, or of the photo."

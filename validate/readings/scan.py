@@ -40,7 +40,7 @@ EDGE = 0.2  # Standard uncertainty of the edge of a volume, in cells
 RAISED_SD, RAISED_MM = 4.0, 0.1
 """Sealant on the face is higher than this many standard deviations of the face's height, and this many mm."""
 COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is smoothed, and the side of its window
-BESIDE_WALLS = 0.5
+BESIDE_WALLS = 0.75
 """Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it."""
 TIP_MM = 2.0  # Width of a usual caliper's tip
 SPECKLE = 2.0  # Distance in cells up to which a picture of the heights has no holes
