@@ -42,6 +42,7 @@ COMMANDS = {
     "blind_own_band": "-m benchmarks.blind_own_band",
     "measured": "-m benchmarks.measured",
     "measured_boxes": "-m benchmarks.measured_boxes",
+    "scans": "-m benchmarks.scans",
     "measured_numerics": "-m benchmarks.measured_numerics",
     "drafts": "-m benchmarks.drafts",
     "pbf_step": "-m benchmarks.pbf_step",

@@ -32,7 +32,7 @@ class ScanFigures:
     points_off_mm: float | None
     """RMS distance of the named points from their places. None without named points."""
     along_sd_mm: float
-    """Standard uncertainty of the position along the face."""
+    """Standard uncertainty of the position along the crack."""
     cell_mm: float
     """Side of the square cells in which heights are medians of points."""
     holes_mm: tuple[Span, ...]

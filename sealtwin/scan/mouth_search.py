@@ -192,8 +192,8 @@ class MouthSearch:
         best = min(fits, key=lambda fit: fit.fun)
         return float(best.x[3]), -float(best.fun)
 
-    def shift_sd_mm(self, pose: Pose, centreline_mm: Floats) -> float:
-        """Return the standard uncertainty of the position along the face, from fits to either half of the crack.
+    def shift_sd_mm(self, pose: Pose, centreline_mm: Floats) -> tuple[float, float]:
+        """Return the standard uncertainty of the position along and across the crack, from fits to either half of it.
 
         The halves consist of alternating stretches, so that both contain an end. Half of their distance is the standard
         uncertainty of a fit to both, for errors that stretches do not share.
@@ -209,9 +209,11 @@ class MouthSearch:
         def shift_mm(samples: Integers) -> Floats:
             return minimize(off, np.zeros(2), samples, method="Nelder-Mead", options=options).x
 
-        variances_mm2 = []
+        chord = (centreline_mm[-1] - centreline_mm[0]) / np.linalg.norm(centreline_mm[-1] - centreline_mm[0])
+        shifts_mm = []
         for width in (1, 2, 3):
             first = (stretch // width) % 2 == 0
             apart_mm = shift_mm(np.flatnonzero(first)) - shift_mm(np.flatnonzero(~first))
-            variances_mm2.append(float(apart_mm @ apart_mm) / 4)
-        return float(np.sqrt(np.mean(variances_mm2)))
+            shifts_mm.append((apart_mm @ chord / 2, (chord[0] * apart_mm[1] - chord[1] * apart_mm[0]) / 2))
+        along_mm, across_mm = np.sqrt(np.mean(np.square(shifts_mm), axis=0)).tolist()
+        return along_mm, across_mm

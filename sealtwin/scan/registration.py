@@ -76,7 +76,8 @@ class Placed:
         float | None
     )  # Largest such correlation if the scan is turned by more than the allowed angle. None with points
     points_off_mm: float | None  # RMS distance of the named points from their places. None without
-    along_sd_mm: float  # Standard uncertainty of the position along the face
+    along_sd_mm: float  # Standard uncertainty of the position along the crack
+    across_sd_mm: float  # The same across the crack
     plane_covariance: Floats  # Of height, slope along x and slope along y, about ``centre_mm``, (3, 3)
     centre_mm: Floats  # (2,)
 
@@ -102,7 +103,8 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
         raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
     levelled_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
     if placement.points:
-        pose, along_sd_mm = Pose(0.0, 0.0, 0.0), (off_mm or 0.0) / np.sqrt(len(placement.points))
+        pose = Pose(0.0, 0.0, 0.0)
+        along_sd_mm = across_sd_mm = float((off_mm or 0.0) / np.sqrt(len(placement.points)))
         agreement, turned = _agreement_of_points(_searches(levelled_mm, target), path), None
     else:
         pose, turned = _by_mouth(_searches(levelled_mm, target), path)
@@ -112,7 +114,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
         agreement = finer.agreement(pose)
         if agreement < SURE_AGREEMENT:
             raise InputError(_not_found(path, agreement, SURE_AGREEMENT))
-        along_sd_mm = finer.shift_sd_mm(pose, target.centreline_mm)
+        along_sd_mm, across_sd_mm = finer.shift_sd_mm(pose, target.centreline_mm)
     moved_mm = pose.apply(levelled_mm)
     heights = _mapped(moved_mm, target)
     face = _face_around(heights, target)
@@ -135,7 +137,8 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
         agreement,
         turned,
         off_mm,
-        float(along_sd_mm),
+        along_sd_mm,
+        across_sd_mm,
         covariance,
         centre_mm,
     )

@@ -36,9 +36,10 @@ STRAY_SD, STRAY_MM = 4.0, 0.2  # A stray cell is farther from the surface than b
 BELOW_FLOOR, BELOW_FLOOR_MM = 0.2, 1.0  # A scan is refused if this share of it is this far below the floor of the crack
 MAX_LAGS = 8  # Stations farther apart than this share no noise
 BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
-EDGE = 0.2  # Standard uncertainty of the edge of a volume, in cells
+EDGE = 0.4  # Standard uncertainty of the edge of a volume, in cells
 RAISED_SD, RAISED_MM = 4.0, 0.1
 """Sealant on the face is higher than this many standard deviations of the face's height, and this many mm."""
+THIN_MM = 1.5  # Width of the edge of a spill that is too thin to be told from the face
 COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is smoothed, and the side of its window
 BESIDE_WALLS = 0.75
 """Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it."""
@@ -206,7 +207,7 @@ class _Surface:
         height_mm = self.placed.heights.height_mm[self.mouth][window]
         from_wall_mm, bottom_mm = self.from_wall_mm[window], self.bottom_mm[self.mouth][window]
         widest_mm = float(from_wall_mm.max(initial=0.0))
-        least_mm = max(WALLS_MM, self.placed.heights.cell_mm) + 2 * self.placed.along_sd_mm
+        least_mm = max(WALLS_MM, self.placed.heights.cell_mm) + 2 * self.placed.across_sd_mm
         least_mm = min(least_mm, INNER * widest_mm)
         used = np.isfinite(height_mm) & (from_wall_mm >= max(least_mm, (1 - MIDDLE) * widest_mm))
         if used.sum() < FEWEST_CELLS:
@@ -275,6 +276,8 @@ class _Surface:
         parts = np.asarray(label(over_mouth | (raised & ~self.mouth)))
         touching = np.unique(parts[over_mouth])
         over = np.isin(parts, touching[touching > 0])
+        # The thin edge of a spill is below the limit.
+        over |= (heights.away_mm(over & ~self.mouth) < THIN_MM) & ~self.mouth & (height_mm < RAISED_MM)
         under = self.mouth & (height_mm <= 0)
         return self._volume(height_mm, over, noise_mm2), self._volume(-height_mm, under, noise_mm2)
 
