@@ -14,10 +14,11 @@ from sealtwin.scan.registration import Target, place
 
 STATION_MM = 2.0  # Distance between the rows of the table of depths
 MIDDLE = 0.5  # Share of the width, in the middle, that may show the floor
-FLOOR = 0.25  # Quantile of the heights in the middle that is the floor: walls are above it
+FLOOR = 0.1  # Quantile of the heights in the middle that is the floor: walls are above it
 LEAST_SEEN = 0.4  # Smallest share of the middle that must be seen for a depth
 WALL_PART = 0.25, 0.75  # Parts of the depth between which a wall is measured
 UPRIGHT_DEG = 2.0  # A wall that leans less cannot be distinguished from a vertical one
+DIFFERENT = 0.3  # Relative difference of scanned and declared depth above which there is a warning
 FEWEST_CELLS = 30  # Smallest number of cells that show a wall
 
 
@@ -53,6 +54,11 @@ def scanned_shape(outline: Outline, shape: CrackShape, folder: Path) -> tuple[Cr
         text = f"the scan does not show the floor along {share:.0%} of the crack; crack.depth_mm is used there"
         facts.append(doubt("crack.scan-depth", text, share))
     table_mm = np.where(seen, depth_mm, shape.depth_at_mm(places_mm))
+    declared_mm = float(np.mean(shape.depth_at_mm(places_mm)[seen]))
+    scanned_mm = float(np.mean(depth_mm[seen]))
+    if abs(scanned_mm - declared_mm) > DIFFERENT * declared_mm:
+        text = f"the scan is {scanned_mm:.1f} mm deep, but crack.depth_mm {declared_mm:.1f} mm: was the crack empty?"
+        facts.append(doubt("crack.scan-depth", text, scanned_mm, "mm"))
     angles_deg = _wall_angles_deg(height_mm, across_mm, half_mm, np.interp(s_mm, places_mm, table_mm))
     changes = {"depth_mm": tuple(zip(places_mm.tolist(), table_mm.tolist(), strict=True)), "scan": None}
     if angles_deg is None:
@@ -65,6 +71,8 @@ def scanned_shape(outline: Outline, shape: CrackShape, folder: Path) -> tuple[Cr
         facts.append(doubt("crack.scan-walls", text, level="plain"))
     else:
         changes |= {"tilt": "funnel", "wall_angle_deg": angles_deg}
+        text = "the walls are those of the scan: they close downward, at {:.1f} degrees left and {:.1f} right"
+        facts.append(doubt("crack.scan-walls", text.format(*angles_deg), level="plain"))
     return shape.model_copy(update=changes), tuple(facts)
 
 

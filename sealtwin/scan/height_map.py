@@ -9,13 +9,12 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import Booleans, Floats, unit
+from sealtwin.core.arrays import Booleans, Floats, counted_up, unit
 
 MAD = 1.4826  # Standard deviation of a normal distribution, in median distances from its median
 STRAY = 6.0  # Distance of a stray cell from the median of its neighbours, in standard deviations of this distance
 ALIKE_MM, FEWEST_ALIKE = 0.2, 2  # Smallest distance of a stray cell, and the neighbours like it that save a cell
 AROUND = [(row, column) for row in range(3) for column in range(3) if (row, column) != (1, 1)]
-SUBPIXEL_BITS = 6
 MOST_COLUMNS = 1500  # Largest number of columns of a grid along a crack
 
 
@@ -96,11 +95,18 @@ class HeightMap:
 
     def inside(self, rings_mm: Sequence[Floats]) -> Booleans:
         """Return which cells have their middle inside a region, (rows, columns). Inner rings are holes."""
-        mask = np.zeros(self.height_mm.shape, np.uint8)
-        scale = 2**SUBPIXEL_BITS / self.cell_mm
-        rings = [np.rint((ring - self.corner_mm) * scale - 2**SUBPIXEL_BITS / 2).astype(np.int32) for ring in rings_mm]
-        cv2.fillPoly(mask, rings, 1, shift=SUBPIXEL_BITS)
-        return mask.astype(bool)
+        rows, columns = self.height_mm.shape
+        crossings = np.zeros((rows, columns + 1), dtype=np.int64)
+        for ring in rings_mm:
+            start = (ring - self.corner_mm) / self.cell_mm - 0.5
+            step = np.roll(start, -1, axis=0) - start
+            ends = np.ceil(np.stack([start[:, 1], start[:, 1] + step[:, 1]])).astype(int)
+            low, high = ends.min(axis=0), ends.max(axis=0)
+            edge, row = counted_up(high - low, low)
+            column = np.ceil(start[edge, 0] + (row - start[edge, 1]) / step[edge, 1] * step[edge, 0])
+            used = (row >= 0) & (row < rows)
+            np.add.at(crossings, (row[used], column[used].clip(0, columns).astype(int)), 1)
+        return np.cumsum(crossings, axis=1)[:, :-1] % 2 == 1
 
     def away_mm(self, inside: Booleans) -> Floats:
         """Return the distance of each cell from a region in mm: 0 inside, (rows, columns)."""

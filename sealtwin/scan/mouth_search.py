@@ -1,7 +1,7 @@
 """Search the position of a crack in a levelled scan: where its hollow or heap agrees best with the mouth."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
@@ -117,6 +117,18 @@ class MouthSearch:
             candidates.append(Candidate(Pose(turn_deg, *shift.tolist()), float(scores[row, column])))
         return candidates
 
+    @cached_property
+    def mirrored(self) -> "MouthSearch":
+        """The search in the mirror image of the scan."""
+        width_mm = self.map.height_mm.shape[1] * self.map.cell_mm
+        corner_mm = np.array([-self.map.corner_mm[0] - width_mm, self.map.corner_mm[1]])
+        return replace(self, map=HeightMap(corner_mm, self.map.cell_mm, self.map.height_mm[:, ::-1]))
+
+    def near(self, candidate: Candidate) -> Candidate:
+        """Return the best position near another one."""
+        pose = self.refined(candidate.pose)
+        return Candidate(pose, self.agreement(pose))
+
     @property
     def seen_mm2(self) -> float:
         """Scanned area in mm²."""
@@ -131,9 +143,11 @@ class MouthSearch:
         """Return the best position, of those turned by more than ``MOST_TURN_DEG`` or of the others."""
         candidates = [entry for entry in self._candidates if (abs(entry.pose.turn_deg) > MOST_TURN_DEG) == turned]
         candidates.sort(key=lambda entry: -entry.agreement)
-        poses = [self.refined(entry.pose) for entry in candidates[:REFINED]]
-        fits = [Candidate(pose, self.agreement(pose)) for pose in poses]
-        return max(fits, key=lambda entry: entry.agreement, default=Candidate(Pose(0.0, 0.0, 0.0), -1.0))
+        return max(
+            map(self.near, candidates[:REFINED]),
+            key=lambda entry: entry.agreement,
+            default=Candidate(Pose(0.0, 0.0, 0.0), -1.0),
+        )
 
     def agreement(self, pose: Pose, part: Integers | None = None) -> float:
         """Return the correlation of the scan's hollows and heaps with the mouth, -1 to 1."""

@@ -102,14 +102,14 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
     if len(near_mm) < FEWEST_NEAR:
         raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
     levelled_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
+    search = MouthSearch.of(levelled_mm, target.rings_mm, _cell_mm(target))
     if placement.points:
         pose = Pose(0.0, 0.0, 0.0)
         along_sd_mm = across_sd_mm = float((off_mm or 0.0) / np.sqrt(len(placement.points)))
-        agreement, turned = _agreement_of_points(_searches(levelled_mm, target), path), None
+        agreement, turned = _agreement_of_points(search, path), None
     else:
-        pose, turned = _by_mouth(_searches(levelled_mm, target), path)
         finer = MouthSearch.of(levelled_mm, target.rings_mm, _cell_mm(target) / FINER)
-        pose = finer.refined(pose)
+        pose, turned = _by_mouth(search, finer, path)
         _require_size(finer, pose, path)
         agreement = finer.agreement(pose)
         if agreement < SURE_AGREEMENT:
@@ -266,23 +266,14 @@ def _cell_mm(target: Target) -> float:
     return float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
 
 
-def _searches(levelled_mm: Floats, target: Target) -> tuple[MouthSearch, MouthSearch]:
-    """Return the searches in a scan and in its mirror image."""
-    straight, mirrored = (
-        MouthSearch.of(levelled_mm * [sign, 1.0, 1.0], target.rings_mm, _cell_mm(target)) for sign in (1.0, -1.0)
-    )
-    return straight, mirrored
-
-
-def _agreement_of_points(searches: tuple[MouthSearch, MouthSearch], path: Path) -> float | None:
+def _agreement_of_points(search: MouthSearch, path: Path) -> float | None:
     """Return how far the mouth agrees with the position by named points. None if no crack is visible.
 
     Raises InputError if another position agrees clearly better.
     """
-    search, mirror = searches
     agreement = search.agreement(Pose(0.0, 0.0, 0.0))
     best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
-    mirrored = max(mirror.best(turned=turned).agreement for turned in (False, True))
+    mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
     if max(best.agreement, mirrored) < LEAST_AGREEMENT:
         return None
     if agreement < mirrored - 2 * SURER and best.agreement < mirrored:
@@ -314,15 +305,14 @@ def _not_found(path: Path, agreement: float, least: float) -> str:
     )
 
 
-def _by_mouth(searches: tuple[MouthSearch, MouthSearch], path: Path) -> tuple[Pose, float]:
-    """Return the position at which the hollow or heap of the scan agrees best with the mouth.
+def _by_mouth(search: MouthSearch, finer: MouthSearch, path: Path) -> tuple[Pose, float]:
+    """Return the position at which the hollow or heap of the scan agrees best with the mouth, in finer cells.
 
     Also returns the best agreement of a position that is turned by more than ``MOST_TURN_DEG``. The user excludes such
     positions, so they matter only if they agree better.
     """
-    search, mirror = searches
-    best, turned = search.best(turned=False), search.best(turned=True)
-    mirrored = mirror.best(turned=False).agreement, mirror.best(turned=True).agreement
+    best, turned = (finer.near(search.best(turned=turned)) for turned in (False, True))
+    mirrored = [finer.mirrored.near(search.mirrored.best(turned=turned)).agreement for turned in (False, True)]
     if max(best.agreement, turned.agreement, *mirrored) < LEAST_AGREEMENT:
         share = search.seen_mm2 / search.mouth_mm2
         if share < LEAST_AREA:
@@ -331,7 +321,9 @@ def _by_mouth(searches: tuple[MouthSearch, MouthSearch], path: Path) -> tuple[Po
                 "scan it on both sides of the crack."
             )
         raise InputError(_not_found(path, best.agreement, LEAST_AGREEMENT))
-    if turned.agreement > best.agreement or max(mirrored) > best.agreement + SURER:
+    is_turned = turned.agreement > best.agreement or abs(best.pose.turn_deg) > MOST_TURN_DEG
+    if is_turned or max(mirrored) > best.agreement + ALIKE:
+        turned = max(best, turned, key=lambda entry: (abs(entry.pose.turn_deg) > MOST_TURN_DEG, entry.agreement))
         turn = f"turned by {turned.pose.turn_deg:.0f} degrees"
         apart = max(mirrored) - turned.agreement
         cause = "mirrored" if apart > ALIKE else turn if apart < -ALIKE else f"mirrored or {turn}"

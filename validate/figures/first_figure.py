@@ -194,7 +194,7 @@ class FirstFigure:
             ticks=[-most_mm, 0.0, most_mm],
         )
         scale.tick_params(labelsize=layout.font_pt, length=2)
-        _title(axes, "Simulated minus scanned, mm", "; red: simulated too high, grey: not scanned", layout)
+        _title(axes, "Simulated minus scanned, mm", "; red: simulated too high, photo: not scanned", layout)
 
     def _draw_level(self, axes: Axes, layout: FirstLayout) -> None:
         profile, readings, prediction, seeds = self.profile, self.readings, self.prediction, self.seeds

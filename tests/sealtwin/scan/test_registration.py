@@ -56,7 +56,7 @@ def test_wrong_named_points_are_refused_with_their_cause(placement, cause):
 @pytest.mark.parametrize(
     ("placement", "cause"),
     [
-        (named(TURNABLE, TURNABLE_SEEN[[1, 2, 0]]), "turned by -?120 degrees"),
+        (named(TURNABLE, TURNABLE_SEEN[[1, 2, 0]]), "turned by -?1[12]. degrees"),
         (named(CORNERS, CORNERS_SEEN + MOVE.apply([0.0, 3.0, 0.0])), "(2.9|3..) mm away"),
     ],
     ids=["exchanged in a circle", "shifted by 3 mm"],
