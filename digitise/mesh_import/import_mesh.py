@@ -15,7 +15,7 @@ from digitise.mesh_import.block import MEND, STEEPEST, Block, FacePlane, closed_
 from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, photograph
 from digitise.mesh_import.mouth_line import line_of_mouth, outline_of
 from digitise.photo import Photo
-from digitise.settings import MeshInput, MeshUnit
+from digitise.settings import MeshInput
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import arrays_of, tidy
 from sealtwin.core.errors import ShapeError
@@ -23,17 +23,8 @@ from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.mesh_file import Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
+from sealtwin.scan.settings import MM, UPRIGHT_DEG
 
-MM: dict[MeshUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-# Rotations about x, then y, after which the axis that points out of the face is z.
-UPRIGHT_DEG = {
-    "z": (0, 0),
-    "-z": (180, 0),
-    "y": (90, 0),
-    "-y": (-90, 0),
-    "x": (-90, -90),
-    "-x": (0, 90),
-}
 MIN_MM, MAX_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit must be wrong
 MIN_TURN_DEG = 0.005  # A smaller rotation of the block is not mentioned
 MAX_STEP_MM = 0.01  # Largest rounding step of a file's coordinates: a tenth of a fine photo's pixel

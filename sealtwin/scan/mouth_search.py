@@ -129,16 +129,6 @@ class MouthSearch:
         pose = self.refined(candidate.pose)
         return Candidate(pose, self.agreement(pose))
 
-    @property
-    def seen_mm2(self) -> float:
-        """Scanned area in mm²."""
-        return float(self.map.known.sum()) * self.map.cell_mm**2
-
-    @property
-    def mouth_mm2(self) -> float:
-        """Area of the mouth in mm²."""
-        return float(self.template.sum()) * self.map.cell_mm**2
-
     def best(self, *, turned: bool) -> Candidate:
         """Return the best position, of those turned by more than ``MOST_TURN_DEG`` or of the others."""
         candidates = [entry for entry in self._candidates if (abs(entry.pose.turn_deg) > MOST_TURN_DEG) == turned]

@@ -3,9 +3,9 @@
 Whichever gives the position along the face, the height and the tilt follow from the uncracked face alone.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, permutations
+from itertools import permutations
 from pathlib import Path
 from typing import Literal
 
@@ -28,14 +28,12 @@ SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the exten
 SCALE_OFF = 0.05  # Largest relative difference between the sizes of scan and sample
 LEAST_OF_SIZE = 0.85  # A scan of another size agrees at least so well at this size
 BETTER_SIZE = 0.03  # A scan has another size only if the agreement is better by this difference
-UNIT_OFF = 0.5  # Two units differ by more than this ratio
 APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
 NEAR_FACE_MM, FEWEST_NEAR = 5.0, 100  # The face is within this height of the named points, by at least so many points
 SHIFT_OFF_MM = (
     2.5  # Largest distance between the positions by named points and by the mouth if the latter agrees better
 )
-TRIED = 6  # Number of named points up to which all orders are tried
 LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.65
 """Smallest correlation of the scan's hollow or heap with the mouth, in the search and at its end. Other cracks across
 the same face reach 0.64 at the end, and the right crack with most of its hollow unseen 0.73."""
@@ -155,9 +153,8 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
         )
     scale = _size(named_mm) / _size(places_mm)
     if abs(scale - 1) > SCALE_OFF:
-        cause = "" if UNIT_OFF <= scale <= 1 / UNIT_OFF else " The unit is wrong."
         raise InputError(
-            f"{path}: the named points are {scale:.4g} times as far apart in the scan as on the sample.{cause} Correct "
+            f"{path}: the named points are {scale:.4g} times as far apart in the scan as on the sample. Correct "
             "readings.placement.units, or the coordinates."
         )
     rigid, off_mm = _fitted(named_mm, places_mm)
@@ -165,7 +162,7 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
     if off_mm <= POINT_OFF_MM and rigid[2, 2] > 0:
         return rigid, off_mm
     # Exchanged points keep the scan's upper side up. A mirrored scan fits only with its upper side down.
-    others = [(order, *_fitted(named_mm[list(order)], places_mm)) for order in _orders(len(points))]
+    others = [(order, *_fitted(named_mm[list(order)], places_mm)) for order in permutations(range(len(points)))]
     upward = [(order, left_mm) for order, moved, left_mm in others if left_mm <= POINT_OFF_MM and moved[2, 2] > 0]
     if off_mm > POINT_OFF_MM:
         cause = "Correct their coordinates."
@@ -174,26 +171,14 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
             wrong = [name for index, name in enumerate(names) if order[index] != index]
             cause = f"The points {' and '.join(wrong)} are exchanged: in another order they agree."
         raise InputError(f"{path}: the named points are {off_mm:.1f} mm (RMS) from their places. {cause}")
-    exchanged = " or two points are exchanged" if upward else ""
     raise InputError(
         f"{path}: the named points agree to {off_mm:.2f} mm only if the scan is turned upside down. The scan is "
-        f"mirrored{exchanged}, or its upward axis is not readings.placement.up."
+        f"mirrored, or two points are exchanged, or its upward axis is not readings.placement.up."
     )
 
 
 def _size(points_mm: Floats) -> float:
     return float(np.sqrt(((points_mm - points_mm.mean(axis=0)) ** 2).sum()))
-
-
-def _orders(count: int) -> Iterator[tuple[int, ...]]:
-    """Yield other orders of points: all, or for many points those with two points exchanged."""
-    if count <= TRIED:
-        yield from permutations(range(count))
-        return
-    for first, second in combinations(range(count), 2):
-        order = list(range(count))
-        order[first], order[second] = second, first
-        yield tuple(order)
 
 
 def _fitted(named_mm: Floats, places_mm: Floats) -> tuple[Floats, float]:
@@ -314,7 +299,7 @@ def _by_mouth(search: MouthSearch, finer: MouthSearch, path: Path) -> tuple[Pose
     best, turned = (finer.near(search.best(turned=turned)) for turned in (False, True))
     mirrored = [finer.mirrored.near(search.mirrored.best(turned=turned)).agreement for turned in (False, True)]
     if max(best.agreement, turned.agreement, *mirrored) < LEAST_AGREEMENT:
-        share = search.seen_mm2 / search.mouth_mm2
+        share = search.map.known.sum() / search.template.sum()
         if share < LEAST_AREA:
             raise InputError(
                 f"{path}: the scan shows {share:.1f} times the area of the crack's mouth. Most of the face is missing: "

@@ -9,7 +9,7 @@ from sealtwin.core.settings import Settings
 ScanUnit = Literal["mm", "cm", "m", "inch"]
 MM: dict[ScanUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
-FEWEST_POINTS, MOST_POINTS = 3, 20
+FEWEST_POINTS, MOST_POINTS = 3, 6
 
 
 class NamedPoint(Settings):

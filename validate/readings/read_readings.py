@@ -50,10 +50,10 @@ def read_readings(
         from validate.readings.scan import read_scan
 
         if filling is None:
-            raise InputError(f"{path}: a scan can only be read for a crack and its solid.")
+            raise InputError(f"{path}: a scan needs a crack and its solid.")
         return read_scan(path, settings, filling.outline, filling.solid)
     if path.suffix.lower() in SCANS:
-        raise InputError(f"{path}: is a scan, not a sheet: give it as readings.scan, with readings.placement.")
+        raise InputError(f"{path}: is a scan: set readings.scan and readings.placement.")
     return readings_of(read_grid(path, settings.sheet, settings.separator), settings, length_mm, depth_mm, filling)
 
 

@@ -104,15 +104,6 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
 
 
 @dataclass(frozen=True)
-class _Fit:
-    """Surface of the sealant around a station."""
-
-    terms: Floats  # (4,)
-    limit_mm: float  # Distance of a stray cell from the surface
-    from_wall_mm: float  # Distance from the walls at which cells have no part of them
-
-
-@dataclass(frozen=True)
 class _Levels:
     """Levels at stations along the crack, NaN in a hole, (n,) each, and the sealant's height in the mouth's cells."""
 
@@ -179,10 +170,11 @@ class _Surface:
             fit = self._fit(window, s_mm)
             if fit is None or not len(cells):
                 continue
-            fitted_mm = self._terms(cells, s_mm) @ fit.terms
+            terms, limit_mm, least_mm = fit
+            fitted_mm = self._terms(cells, s_mm) @ terms
             wet = self.bottom_mm[self.mouth][cells] < fitted_mm
-            clear = wet & (self.from_wall_mm[cells] >= fit.from_wall_mm)
-            good = clear & (np.abs(height_mm[cells] - fitted_mm) <= fit.limit_mm)
+            clear = wet & (self.from_wall_mm[cells] >= least_mm)
+            good = clear & (np.abs(height_mm[cells] - fitted_mm) <= limit_mm)
             # A stray or unseen cell, or one beside a wall, has the height of the fit.
             cells_mm = np.where(good, height_mm[cells], fitted_mm)
             walls_mm = np.where(np.isfinite(height_mm[cells]), height_mm[cells], self.bottom_mm[self.mouth][cells])
@@ -199,10 +191,10 @@ class _Surface:
         along_mm, across_mm = self.s_mm[cells] - s_mm, self.across_mm[cells]
         return np.column_stack([np.ones(len(cells)), across_mm, across_mm**2, along_mm])
 
-    def _fit(self, window: Integers, s_mm: float) -> "_Fit | None":
-        """Return the sealant's surface in a window along the crack, fitted without strays. None if too little is seen.
+    def _fit(self, window: Integers, s_mm: float) -> tuple[Floats, float, float] | None:
+        """Return the sealant's surface in a window along the crack, or None if too little is seen.
 
-        Clear of the walls are the cells at some distance from the edge of the mouth whose wall is below the surface.
+        The parts are the weights of ``_terms``, the distance of strays, and the width of the cells beside the walls.
         """
         height_mm = self.placed.heights.height_mm[self.mouth][window]
         from_wall_mm, bottom_mm = self.from_wall_mm[window], self.bottom_mm[self.mouth][window]
@@ -226,7 +218,7 @@ class _Surface:
             columns = [0, 3] if number == 0 or np.ptp(self.across_mm[window][kept]) < widest_mm else [0, 1, 2, 3]
             fit = np.zeros(4)
             fit[columns] = np.linalg.lstsq(terms[kept][:, columns], height_mm[kept], rcond=None)[0]
-        return _Fit(fit, limit_mm, least_mm)
+        return fit, limit_mm, least_mm
 
     def require_above_floor(self, path: Path) -> None:
         """Raise InputError if the scanned surface lies mostly below the floor of the crack."""

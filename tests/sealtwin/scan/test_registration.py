@@ -39,7 +39,7 @@ TURNABLE_SEEN = moved(np.pad(TURNABLE, ((0, 0), (0, 1))))
 BY_POINTS = {
     "two exchanged": (named(CORNERS, CORNERS_SEEN[[1, 0, 2, 3]]), "P0 and P1 are exchanged"),
     "mirrored": (named(CORNERS, CORNERS_SEEN * [-1, 1, 1]), "mirrored"),
-    "another unit": (named(CORNERS, CORNERS_SEEN / 10), "0.1 times.*unit is wrong"),
+    "another unit": (named(CORNERS, CORNERS_SEEN / 10), "0.1 times.*placement.units"),
     "all the same": (named(CORNERS, CORNERS_SEEN[[0, 0, 0, 0]]), "0 times as far apart"),
     "one 5 mm off": (named(CORNERS, CORNERS_SEEN + 5 * np.eye(4, 3, 1)), r"mm \(RMS\) from their"),
     "on one line": (named(np.array([(0.0, 0.0), (20, 1), (40, 0)])), "almost on one line"),
