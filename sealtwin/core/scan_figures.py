@@ -65,7 +65,6 @@ class Scan:
     height_mm: Floats  # Heights above the face, NaN in holes, (m, k)
     bottom_mm: Floats  # Height of the floor or the wall of the model there, 0 outside the mouth, (m, k)
     covariance_mm2: Floats  # Of the errors of the levels at the stations, (n, n)
-    tip_level_mm: Floats  # Levels that a caliper would read in the middle of the crack, (n,)
 
     def deviation_mm(self, level_mm: Floats) -> Floats:
         """Return the height of a simulated bed minus the scanned height, NaN in holes, (m, k).

@@ -98,7 +98,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
         under_face_mm3=under[0],
         under_face_95_mm3=under[1],
     )
-    scan = Scan(figures, *_along(surface, outline), covariance, tip_level_mm)
+    scan = Scan(figures, *_along(surface, outline), covariance)
     data, dialect = settings.data, _dialect(figures, path)
     return Profile(s_mm, level_mm, level_mm[:, None], data, path.name, dialect, scan=scan)
 
