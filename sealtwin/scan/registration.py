@@ -31,9 +31,7 @@ BETTER_SIZE = 0.03  # A scan has another size only if the agreement is better by
 APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
 NEAR_FACE_MM, FEWEST_NEAR = 5.0, 100  # The face is within this height of the named points, by at least so many points
-SHIFT_OFF_MM = (
-    2.5  # Largest distance between the positions by named points and by the mouth if the latter agrees better
-)
+SHIFT_OFF_MM = 2.5  # Largest distance between the positions by named points and, if that agrees better, by the mouth
 LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.65
 """Smallest correlation of the scan's hollow or heap with the mouth, in the search and at its end. Other cracks across
 the same face reach 0.64 at the end, and the right crack with most of its hollow unseen 0.73."""
@@ -193,8 +191,7 @@ def _fitted(named_mm: Floats, places_mm: Floats) -> tuple[Floats, float]:
 def _require_unit(points_mm: Floats, placement: Placement, target: Target, path: Path) -> None:
     """Raise InputError if the scan is so small or large that its unit must be wrong."""
     crack_mm = float(np.ptp(target.centreline_mm, axis=0).max())
-    low, high = np.quantile(points_mm, [0.01, 0.99], axis=0)
-    span_mm = float((high - low).max())
+    span_mm = float(np.ptp(np.quantile(points_mm, [0.01, 0.99], axis=0), axis=0).max())
     if SPANS[0] * crack_mm <= span_mm <= SPANS[1] * crack_mm:
         return
     declared = MM[placement.units] if placement.units else 1.0

@@ -27,7 +27,6 @@ CUTS = 33  # Number of cuts of the cavity, whose edges show where a wall rises a
 OPEN_MM = 0.3  # A cell has sealant if the wall in it is this far below the level
 WALLS_MM = 0.25  # Smallest distance from the walls at which a cell has no part of them
 LEAST_SEEN = 0.3  # Smallest share of a station's cells that must be seen for a level
-FEWEST_STATIONS = 2
 WINDOW_MM, MIDDLE, INNER = 3.0, 0.6, 0.5
 """Half the length of the window in which the surface is fitted, the share of the width with which the fit begins, and
 the largest share of the half width that is left out beside the walls."""
@@ -44,7 +43,6 @@ COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is sm
 BESIDE_WALLS = 0.75
 """Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it."""
 TIP_MM = 2.0  # Width of a usual caliper's tip
-SPECKLE = 2.0  # Distance in cells up to which a picture of the heights has no holes
 COVERAGE = 2.0  # Half-width of a 95 % interval in standard uncertainties
 MARGIN = 2.0  # Half the width of the heights along the crack, divided by the crack's mean width
 
@@ -67,7 +65,7 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     levels = surface.levels(outline.length_mm)
     seen = np.isfinite(levels.level_mm)
     holes = _stretches(levels.s_mm, ~seen)
-    if seen.sum() < FEWEST_STATIONS:
+    if seen.sum() < 2:
         raise InputError(f"{path}: shows the sealant at {counted(int(seen.sum()), 'station')}; two are needed.")
     s_mm, level_mm = levels.s_mm[seen], levels.level_mm[seen]
     noise_mm2 = surface.noise_mm2(outline.mean_width_mm)
@@ -347,7 +345,7 @@ def _along(surface: _Surface, outline: Outline) -> tuple[Floats, Floats, Floats,
     half_mm = MARGIN * outline.mean_width_mm
     s_mm, across_mm, x_mm, y_mm = grid_along(outline.centreline_mm, half_mm, heights.cell_mm)
     bottom = replace(heights, height_mm=surface.bottom_mm)
-    seen = replace(heights, height_mm=heights.filled(SPECKLE))
+    seen = replace(heights, height_mm=heights.filled(2.0))  # Without speckles
     return s_mm, across_mm, seen.at_mm(x_mm, y_mm), np.nan_to_num(bottom.at_mm(x_mm, y_mm))
 
 
