@@ -32,7 +32,7 @@ APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
 NEAR_FACE_MM, FEWEST_NEAR = 5.0, 100  # The face is within this height of the named points, by at least so many points
 SHIFT_OFF_MM = 2.5  # Largest distance between the positions by named points and, if that agrees better, by the mouth
-LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.65
+LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.68
 """Smallest correlation of the scan's hollow or heap with the mouth, in the search and at its end. Other cracks across
 the same face reach 0.64 at the end, and the right crack with most of its hollow unseen 0.73."""
 ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
@@ -256,7 +256,7 @@ def _agreement_of_points(search: MouthSearch, path: Path) -> float | None:
     agreement = search.agreement(Pose(0.0, 0.0, 0.0))
     best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
     mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
-    if max(best.agreement, mirrored) < LEAST_AGREEMENT:
+    if max(best.agreement, mirrored) < SURE_AGREEMENT:
         return None
     if agreement < mirrored - 2 * SURER and best.agreement < mirrored:
         raise InputError(_mirrored(path, agreement, mirrored))
