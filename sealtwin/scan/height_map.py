@@ -54,8 +54,7 @@ class HeightMap:
         count = np.diff(np.append(first, len(cell)))
         heights = np.full(rows * columns, np.nan)
         heights[cell[first]] = (height_mm[first + (count - 1) // 2] + height_mm[first + count // 2]) / 2
-        whole = cls(np.asarray(low_mm, dtype=float), cell_mm, heights.reshape(rows, columns))
-        return whole.without_strays()
+        return cls(np.asarray(low_mm, dtype=float), cell_mm, heights.reshape(rows, columns)).without_strays()
 
     def without_strays(self) -> "HeightMap":
         """Return the map without cells far from the median of the 25 cells around them, and from their neighbours.

@@ -213,7 +213,8 @@ class MouthSearch:
         def shift_mm(samples: Integers) -> Floats:
             return minimize(off, np.zeros(2), samples, method="Nelder-Mead", options=options).x
 
-        chord = (centreline_mm[-1] - centreline_mm[0]) / np.linalg.norm(centreline_mm[-1] - centreline_mm[0])
+        chord = centreline_mm[-1] - centreline_mm[0]
+        chord /= np.linalg.norm(chord)
         shifts_mm = []
         for width in (1, 2, 3):
             first = (stretch // width) % 2 == 0

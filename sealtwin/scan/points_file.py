@@ -13,7 +13,7 @@ from sealtwin.core.arrays import Floats
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import BEYOND_ANY_UNIT, LARGEST_BYTES, UnreadableError, load_trimesh, read_mesh
 from sealtwin.core.plain_files import opened, read_bytes
-from sealtwin.scan.settings import MM, Placement
+from sealtwin.scan.settings import Placement
 
 MAX_POINTS = 5_000_000
 FARTHEST_MM = 100_000.0
@@ -58,7 +58,7 @@ def read_points(path: Path, placement: Placement) -> Floats:
     if suffix in MAPS:
         points_mm = _refusing_damage(path, lambda content: _of_map(content, placement))
     else:
-        mm = MM[placement.units or "mm"]
+        mm = placement.unit_mm
         if suffix == ".stl" or (suffix == ".ply" and _has_faces(path)):
             points_mm = _on_triangles(path, mm)
         else:

@@ -18,8 +18,6 @@ from sealtwin.scan.height_map import MAD, HeightMap
 from sealtwin.scan.mouth_search import MOST_TURN_DEG, MouthSearch, Pose
 from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
 
-PlacedBy = Literal["points", "mouth"]
-
 MOST_TILT_DEG = 30.0  # Largest angle between the upward axis and the face's normal, and between the axes along the face
 MARGIN_MM = 15.0  # The face is judged up to this distance from the mouth
 BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges may be broken or covered
@@ -62,15 +60,13 @@ class Placed:
 
     heights: HeightMap
     face: Booleans  # Cells of the uncracked face around the mouth, (rows, columns), scanned or not
-    placed_by: PlacedBy
+    placed_by: Literal["points", "mouth"]
     points: int  # Number of points of the scan
     residual_mm: float  # RMS height of the face's cells
     coverage: float  # Share of the face around the crack that was scanned
     tilt_deg: float  # Angle by which the scan was tilted
     agreement: float | None  # Correlation of the hollow or heap with the mouth. None if none is visible
-    turned: (
-        float | None
-    )  # Largest such correlation if the scan is turned by more than the allowed angle. None with points
+    turned: float | None  # Largest such correlation of a scan turned further than allowed. None with points
     points_off_mm: float | None  # RMS distance of the named points from their places. None without
     along_sd_mm: float  # Standard uncertainty of the position along the crack
     across_sd_mm: float  # The same across the crack
@@ -87,8 +83,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
     upright = Rotation.from_euler("xyz", [*UPRIGHT_DEG[placement.up], 0], degrees=True)
     points_mm = points_mm @ upright.as_matrix().T
     if placement.points:
-        scale = MM[placement.units] if placement.units else 1.0
-        named_mm = upright.apply(scale * np.array([point.scan for point in placement.points]))
+        named_mm = upright.apply(placement.unit_mm * np.array([point.scan for point in placement.points]))
         rigid, off_mm = _by_points(named_mm, placement.points, path)
         points_mm = points_mm @ rigid[:, :3].T + rigid[:, 3]
     else:
@@ -156,7 +151,6 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
             "readings.placement.units, or the coordinates."
         )
     rigid, off_mm = _fitted(named_mm, places_mm)
-    names = [point.name for point in points]
     if off_mm <= POINT_OFF_MM and rigid[2, 2] > 0:
         return rigid, off_mm
     # Exchanged points keep the scan's upper side up. A mirrored scan fits only with its upper side down.
@@ -166,7 +160,7 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
         cause = "Correct their coordinates."
         if upward:
             order = min(upward, key=lambda entry: entry[1])[0]
-            wrong = [name for index, name in enumerate(names) if order[index] != index]
+            wrong = [point.name for index, point in enumerate(points) if order[index] != index]
             cause = f"The points {' and '.join(wrong)} are exchanged: in another order they agree."
         raise InputError(f"{path}: the named points are {off_mm:.1f} mm (RMS) from their places. {cause}")
     raise InputError(
@@ -194,8 +188,8 @@ def _require_unit(points_mm: Floats, placement: Placement, target: Target, path:
     span_mm = float(np.ptp(np.quantile(points_mm, [0.01, 0.99], axis=0), axis=0).max())
     if SPANS[0] * crack_mm <= span_mm <= SPANS[1] * crack_mm:
         return
-    declared = MM[placement.units] if placement.units else 1.0
-    likely = " or ".join(f'"{name}"' for name, mm in MM.items() if 0.9 <= span_mm * mm / declared / crack_mm <= 6)
+    spans = span_mm / placement.unit_mm / crack_mm
+    likely = " or ".join(f'"{name}"' for name, mm in MM.items() if 0.9 <= spans * mm <= 6)
     cause = f"It seems to be in another unit: set readings.placement.units = {likely}." if likely else ""
     raise InputError(
         f"{path}: the scan is {span_mm:.4g} mm long, but the crack {crack_mm:.4g} mm. "
@@ -261,7 +255,7 @@ def _agreement_of_points(search: MouthSearch, path: Path) -> float | None:
     if agreement < mirrored - 2 * SURER and best.agreement < mirrored:
         raise InputError(_mirrored(path, agreement, mirrored))
     middle_mm = search.samples_mm.mean(axis=0)
-    shift_mm = float(np.hypot(*(best.pose.back(middle_mm[None])[0] - middle_mm)))
+    shift_mm = np.hypot(*(best.pose.back(middle_mm[None])[0] - middle_mm))
     better = best.agreement - agreement
     if better > 2 * SURER or (better > SURER / 2 and shift_mm > SHIFT_OFF_MM):
         raise InputError(

@@ -39,6 +39,11 @@ class Placement(Settings):
     """Points whose coordinates are known in the scan and on the face, at least three. Default: the position is found by
     the face's plane and the crack's mouth. The scan's axes must then agree with the photo's up to 30 degrees."""
 
+    @property
+    def unit_mm(self) -> float:
+        """Length of the scan's unit in mm."""
+        return MM[self.units or "mm"]
+
     @model_validator(mode="after")
     def _can_place(self) -> Self:
         names = [point.name for point in self.points]

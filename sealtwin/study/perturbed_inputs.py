@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from digitise.settings import CrackShape
 from digitise.weighing.moved_walls import moved_depth, shape_by_weight, walls_apart, widened
 from sealtwin.core import record_files
 from sealtwin.core.cluster import Lost, run_tasks
@@ -58,6 +59,14 @@ class Base:
         return cls(job.path, as_run(job.trial, sample), sample, run, profile, others_mm)
 
     @property
+    def crack(self) -> CrackShape | None:
+        """Depth and walls of the crack: those of its scan, if there is one."""
+        from digitise.solid.scanned_shape import shape_of
+
+        shape = self.trial.crack
+        return shape if shape is None or shape.scan is None else shape_of(self.sample.solid, shape)
+
+    @property
     def levels_mm(self) -> Floats:
         """Level of each of the trial's seeds, (seeds, k). The first row is the level of ``run``."""
         own_mm = self.profile.level_mm[None]
@@ -83,7 +92,7 @@ class Base:
 
 def refuse_immovable(base: Base) -> None:
     """Raise InputError if a declared uncertain input cannot be changed for this sample or path."""
-    crack, outline, inputs = base.trial.crack, base.sample.outline, base.inputs
+    crack, outline, inputs = base.crack, base.sample.outline, base.inputs
     walls, width_mm, fault = [name for name in OF_THE_WALLS if name in inputs], inputs.get("width_mm", 0.0), None
     flows_s = float(np.ptp(base.sample.trajectory.t_s[base.sample.trajectory.giving]))
     if base.trial.path.plan is not None and (fixed := [name for name in OF_THE_PATH if name in inputs]):
@@ -123,11 +132,7 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
     trial, sample = base.trial, base.sample
     # After a weighed fill, the errors of width, angle and depth are correlated, so all three change together.
     step = dict.fromkeys((*OF_THE_WALLS, "speed_mm_s", "volume_ml"), 0.0) | dict(steps)
-    shape, weighed = trial.crack, sample.solid.figures.weighed
-    if shape is not None and shape.scan is not None:
-        from digitise.solid.scanned_shape import shape_of
-
-        shape = shape_of(sample.solid, shape)
+    shape, weighed = base.crack, sample.solid.figures.weighed
     if weighed is not None and shape is not None:
         shape = shape_by_weight(shape, weighed)
         root, wall_steps = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
@@ -311,6 +316,6 @@ def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
         steps["viscosity_percent"] = 100 * ((1 + inputs["viscosity_percent"] / 100) ** z["viscosity_percent"] - 1)
     if "yield_stress_pa" in z and trial.fluid is not None:
         steps["yield_stress_pa"] = max(steps["yield_stress_pa"], -trial.fluid.yield_stress_pa)
-    if ANGLE in z and trial.crack is not None and base.sample.solid.figures.weighed is None:
-        steps[ANGLE] = max(steps[ANGLE], -min(trial.crack.wall_angles_deg))
+    if ANGLE in z and base.crack is not None and base.sample.solid.figures.weighed is None:
+        steps[ANGLE] = max(steps[ANGLE], -min(base.crack.wall_angles_deg))
     return steps

@@ -267,7 +267,8 @@ class _Surface:
         touching = np.unique(parts[over_mouth])
         over = np.isin(parts, touching[touching > 0])
         # The thin edge of a spill is below the limit.
-        over |= (heights.away_mm(over & ~self.mouth) < THIN_MM) & ~self.mouth & (height_mm < RAISED_MM)
+        if (spill := over & ~self.mouth).any():
+            over |= (heights.away_mm(spill) < THIN_MM) & ~self.mouth & (height_mm < RAISED_MM)
         under = self.mouth & (height_mm <= 0)
         return self._volume(height_mm, over, noise_mm2), self._volume(-height_mm, under, noise_mm2)
 

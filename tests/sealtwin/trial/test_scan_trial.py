@@ -45,6 +45,8 @@ def test_a_trial_with_a_scan_is_compared_with_the_scanned_level(lab, monkeypatch
     monkeypatch.setattr(FirstFigure, "_draw_deviation", lambda figure, axes, scan, *_: shown.append(scan))
     comparison = present(run(lab).result.comparison, "comparison")
     assert comparison.bias_mm == pytest.approx(-1.0, abs=0.1)
+    off_mm = shown[0].deviation_mm(simulated.level_at_mm(shown[0].s_mm))[shown[0].bottom_mm < 0]
+    assert np.nanmedian(off_mm) == pytest.approx(-1.0, abs=0.1)
     scan = present(comparison.scan, "scan")
     assert scan.mean_level_mm == pytest.approx(simulated.level_mm.mean() + 1.0, abs=0.15)
     parts = present(comparison.uncertainty, "uncertainty").budget.parts

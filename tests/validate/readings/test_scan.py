@@ -41,6 +41,7 @@ def test_the_level_of_a_known_bed_is_read_along_the_crack(read, points):
     assert len(profile.s_mm) > 20
     assert np.sqrt(np.mean(off_mm**2)) < 0.06
     assert "below the face" in profile.dialect
+    assert profile.scan.figures.under_face_mm3 == pytest.approx(1.6 * 40 * OUTLINE.mean_width_mm, rel=0.03)
 
 
 def test_a_stretch_that_is_not_seen_is_a_hole(read):
@@ -54,13 +55,13 @@ def test_a_stretch_that_is_not_seen_is_a_hole(read):
 
 
 def test_walls_above_the_sealant_do_not_count(read):
-    """Walls of a flare lean inwards from the mouth: its sealant, 3 mm deep, is narrower than the mouth by 1 mm."""
+    """Walls of a flare lean inwards from the mouth: its sealant, 3 mm deep, is narrower than the mouth by 2 mm."""
     points_mm = bed(lambda s_mm: np.full_like(s_mm, -3.0))
     y_mm = [np.interp(points_mm[:, 0], *wall.T) for wall in (OUTLINE.left_wall_mm, OUTLINE.right_wall_mm)]
     inside_mm = np.minimum(y_mm[0] - points_mm[:, 1], points_mm[:, 1] - y_mm[1])
-    wall_mm = -inside_mm / np.tan(np.radians(10.0))
+    wall_mm = -inside_mm / np.tan(np.radians(18.0))
     points_mm[:, 2] = np.where(points_mm[:, 2] < -1, np.maximum(wall_mm, points_mm[:, 2]), points_mm[:, 2])
-    profile = read(points_mm, tilt="funnel", wall_angle_deg=10.0)
+    profile = read(points_mm, tilt="funnel", wall_angle_deg=18.0, depth_mm=4.0)
     assert profile.level_mm.mean() == pytest.approx(-3.0, abs=0.1)  # With the walls 0.5 mm higher
 
 
