@@ -190,7 +190,7 @@ class Readings(Declared):
                 "a scan needs the table [readings.placement] with its unit, and a sheet of caliper readings has none"
             )
         fields, names = type(self).model_fields, (*Declared.model_fields, *OF_CALIPERS)
-        of_sheets = [name for name in names if getattr(self, name) != fields[name].default]
+        of_sheets = [name for name in names if name != "as_written" and getattr(self, name) != fields[name].default]
         if self.scan is not None and of_sheets:
             raise ValueError(f"{of_sheets[0]} belongs to a sheet of caliper readings: omit it for a scan")
         return self

@@ -9,8 +9,9 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.scan.height_map import grid_along
+from sealtwin.scan.mouth_search import Target
 from sealtwin.scan.points_file import read_points
-from sealtwin.scan.registration import Target, place
+from sealtwin.scan.registration import place
 
 STATION_MM = 2.0  # Distance between the rows of the table of depths
 MIDDLE = 0.5  # Share of the width, in the middle, that may show the floor
@@ -30,8 +31,8 @@ def scanned_shape(outline: Outline, shape: CrackShape, folder: Path) -> tuple[Cr
     """
     path = folder / present(shape.scan, "crack.scan")
     placement = present(shape.placement, "crack.placement")
-    target = Target((outline.outline_mm,), outline.centreline_mm, outline.mean_width_mm, outline.face_mm)
-    heights = place(read_points(path, placement), placement, target, path).heights
+    placed = place(read_points(path, placement), placement, Target.of(outline), path)
+    heights = placed.heights
     s_mm, across_mm, x_mm, y_mm = grid_along(outline.centreline_mm, outline.width_mm.max(), heights.cell_mm)
     height_mm = heights.at_mm(x_mm, y_mm)
     half_mm = np.interp(s_mm, outline.s_mm, outline.width_mm) / 2

@@ -26,9 +26,11 @@ class ScanFigures:
     tilt_deg: float
     """Angle by which the scan was tilted to make the face horizontal."""
     agreement: float | None
-    """Correlation of the hollow or heap in the scan with the crack's mouth, at most 1. None if neither is visible."""
+    """Correlation of the scan's hollow or heap with the crack's mouth, at most 1. None if neither is recognised."""
     agreement_turned: float | None
     """Largest such correlation if the scan is turned by more than 30 degrees. None with named points."""
+    edges_agreeing: float | None
+    """Fraction of the crack along which the edges in the scan agree with the mouth's. None as above."""
     points_off_mm: float | None
     """RMS distance of the named points from their places. None without named points."""
     along_sd_mm: float
@@ -53,6 +55,10 @@ class ScanFigures:
     """Volume in the mouth between the face and the scanned surface below it."""
     under_face_95_mm3: float
     """Half-width of the 95 % interval of the volume below the face."""
+    sealant_mm3: float
+    """Volume of the sealant, in the model's cavity and above the face."""
+    sealant_95_mm3: float
+    """Half-width of its 95 % interval, without the error of the cavity."""
 
 
 @dataclass(frozen=True)

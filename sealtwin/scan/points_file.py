@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from sealtwin.core.arrays import Floats
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.mesh_file import BEYOND_ANY_UNIT, LARGEST_BYTES, UnreadableError, load_trimesh, read_mesh
 from sealtwin.core.plain_files import opened, read_bytes
 from sealtwin.scan.settings import Placement
@@ -189,7 +189,6 @@ def _of_map(content: bytes, placement: Placement) -> Floats:
             raise UnreadableError(f"its pixels are {picture.mode}, but a height map has one channel with 16 bits")
         counts = np.asarray(picture, dtype=np.uint16)
     row, column = np.nonzero(counts)
-    points = np.column_stack([column, len(counts) - 1 - row, counts[row, column]]).astype(np.float64)
-    step_mm, count_mm = placement.step_mm or 0.0, placement.count_mm or 0.0
     points = np.column_stack([column, len(counts) - 1 - row, counts[row, column]]).astype(float)
-    return points * [step_mm, step_mm, count_mm]
+    step_mm = np.broadcast_to(present(placement.step_mm, "placement.step_mm"), 2)
+    return points * [*step_mm, present(placement.count_mm, "placement.count_mm")]

@@ -14,8 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from sealtwin.core.arrays import Booleans, Floats
 from sealtwin.core.errors import InputError
+from sealtwin.scan.edge_fit import AGREES_MM, EdgeFit, Edges
 from sealtwin.scan.height_map import MAD, HeightMap
-from sealtwin.scan.mouth_search import MOST_TURN_DEG, MouthSearch, Pose
+from sealtwin.scan.mouth_search import MOST_TURN_DEG, NEAR_FACE_MM, MouthSearch, Pose, Target
 from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
 
 MOST_TILT_DEG = 30.0  # Largest angle between the upward axis and the face's normal, and between the axes along the face
@@ -24,15 +25,15 @@ BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges 
 FEWEST_OF_FACE = 0.4  # Smallest share of the face around the crack that a scan must show
 SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the extent of the crack
 SCALE_OFF = 0.05  # Largest relative difference between the sizes of scan and sample
-LEAST_OF_SIZE = 0.85  # A scan of another size agrees at least so well at this size
-BETTER_SIZE = 0.03  # A scan has another size only if the agreement is better by this difference
+SURE_SD = 3.0  # And by so many standard deviations
 APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
-NEAR_FACE_MM, FEWEST_NEAR = 5.0, 100  # The face is within this height of the named points, by at least so many points
+FEWEST_NEAR = 100  # Smallest number of points of the face at the height of the named points
 SHIFT_OFF_MM = 2.5  # Largest distance between the positions by named points and, if that agrees better, by the mouth
-LEAST_AGREEMENT, SURE_AGREEMENT = 0.5, 0.68
-"""Smallest correlation of the scan's hollow or heap with the mouth, in the search and at its end. Other cracks across
-the same face reach 0.64 at the end, and the right crack with most of its hollow unseen 0.73."""
+LEAST_AGREEMENT, LEAST_AGREEING = 0.65, 0.6
+"""Smallest correlation of the scan's hollow or heap with the mouth, and smallest share of the crack along which their
+edges agree. Of 105 other cracks across like faces, four reach both, and none of 107 at a wrong position."""
+MOST_TILTED_DEG = 5.0  # Largest angle between the face and the plane of named points
 ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
 SURER = 0.08  # Difference of the agreements above which one position is clearly better
 LEAST_AREA = 3.0  # Smallest area of a scan, divided by the area of the mouth
@@ -42,16 +43,6 @@ CELLS_MM, ACROSS, FINER = (0.4, 1.0), 3.0, 4.0
 SAMPLED, PLANES, OF_FACE = 40_000, 400, 0.4  # Points and planes of the first fit, and the smallest share on the face
 COARSE_MM, FINEST_MM, CELLS_ACROSS = 4.0, 0.15, 6.0  # Cells in which points are counted; smallest cell, fewest across
 BLOCKS_MM = (3.0, 6.0, 12.0)  # Sides of the blocks whose means show how far errors of neighbours agree
-
-
-@dataclass(frozen=True)
-class Target:
-    """Crack of the sample that a scan is brought to, in the sample's frame."""
-
-    rings_mm: tuple[Floats, ...]  # The mouth: outer rings and holes
-    centreline_mm: Floats  # (n, 2)
-    width_mm: float
-    face_mm: tuple[float, float, float, float] | None  # x_min, y_min, x_max, y_max
 
 
 @dataclass(frozen=True)
@@ -65,7 +56,8 @@ class Placed:
     residual_mm: float  # RMS height of the face's cells
     coverage: float  # Share of the face around the crack that was scanned
     tilt_deg: float  # Angle by which the scan was tilted
-    agreement: float | None  # Correlation of the hollow or heap with the mouth. None if none is visible
+    agreement: float | None  # Correlation of the hollow or heap with the mouth. None if none is recognised
+    agreeing: float | None  # Share of the crack along which the edges agree. None if none is recognised
     turned: float | None  # Largest such correlation of a scan turned further than allowed. None with points
     points_off_mm: float | None  # RMS distance of the named points from their places. None without
     along_sd_mm: float  # Standard uncertainty of the position along the crack
@@ -74,8 +66,8 @@ class Placed:
     centre_mm: Floats  # (2,)
 
 
-def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -> Placed:
-    """Bring the points of a scan, (n, 3), into the frame of the sample.
+def place(points_mm: Floats, placement: Placement, target: Target, path: Path, limit_mm: float | None = None) -> Placed:
+    """Bring the points of a scan, (n, 3), into the frame of the sample. ``limit_mm`` is the limit of its error.
 
     Raises InputError, with the figure and the cause, if the scan does not fit: another unit, mirrored, exchanged
     points, no visible crack, two equally good positions, or too little of the face.
@@ -84,7 +76,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
     points_mm = points_mm @ upright.as_matrix().T
     if placement.points:
         named_mm = upright.apply(placement.unit_mm * np.array([point.scan for point in placement.points]))
-        rigid, off_mm = _by_points(named_mm, placement.points, path)
+        rigid, off_mm = _by_points(named_mm, placement.points, max(POINT_OFF_MM, limit_mm or 0.0), path)
         points_mm = points_mm @ rigid[:, :3].T + rigid[:, 3]
     else:
         off_mm = None
@@ -93,19 +85,20 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
     if len(near_mm) < FEWEST_NEAR:
         raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
     levelled_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
-    search = MouthSearch.of(levelled_mm, target.rings_mm, _cell_mm(target))
-    if placement.points:
-        pose = Pose(0.0, 0.0, 0.0)
-        along_sd_mm = across_sd_mm = float((off_mm or 0.0) / np.sqrt(len(placement.points)))
-        agreement, turned = _agreement_of_points(search, path), None
+    search, finer = (MouthSearch.of(levelled_mm, target, _cell_mm(target) / times) for times in (1.0, FINER))
+    if off_mm is not None:
+        if tilt_deg > MOST_TILTED_DEG:
+            raise InputError(
+                f"{path}: the face is tilted by {tilt_deg:.1f} degrees against the named points. Name points on the "
+                "face, or correct their coordinates, or the unit or the steps of the scan."
+            )
+        pose, turned = Pose(0.0, 0.0, 0.0), None
+        fit = _at_points(search, finer, max(SHIFT_OFF_MM, off_mm, limit_mm or 0.0), path)
+        along_sd_mm = across_sd_mm = off_mm / np.sqrt(len(placement.points))
     else:
-        finer = MouthSearch.of(levelled_mm, target.rings_mm, _cell_mm(target) / FINER)
-        pose, turned = _by_mouth(search, finer, path)
-        _require_size(finer, pose, path)
-        agreement = finer.agreement(pose)
-        if agreement < SURE_AGREEMENT:
-            raise InputError(_not_found(path, agreement, SURE_AGREEMENT))
-        along_sd_mm, across_sd_mm = finer.shift_sd_mm(pose, target.centreline_mm)
+        fit, turned = _by_mouth(search, finer, path)
+        pose, along_sd_mm, across_sd_mm = fit.pose, fit.along_sd_mm, fit.across_sd_mm
+        _require_size(finer, fit.pose, path)
     moved_mm = pose.apply(levelled_mm)
     heights = _mapped(moved_mm, target)
     face = _face_around(heights, target)
@@ -125,7 +118,8 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
         residual_mm,
         coverage,
         float(np.hypot(tilt_deg, slope_deg)),
-        agreement,
+        None if fit is None else finer.agreement(pose),
+        None if fit is None else fit.agreeing,
         turned,
         off_mm,
         along_sd_mm,
@@ -135,7 +129,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path) -
     )
 
 
-def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tuple[Floats, float]:
+def _by_points(named_mm: Floats, points: Sequence[NamedPoint], most_off_mm: float, path: Path) -> tuple[Floats, float]:
     """Return the motion, (3, 4), that brings named points to their places, and the RMS distance that is left."""
     places_mm = np.array([(*point.sample_mm, 0.0) for point in points])
     spread_mm = np.linalg.svd(places_mm - places_mm.mean(axis=0), compute_uv=False)[1]
@@ -151,12 +145,12 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], path: Path) -> tu
             "readings.placement.units, or the coordinates."
         )
     rigid, off_mm = _fitted(named_mm, places_mm)
-    if off_mm <= POINT_OFF_MM and rigid[2, 2] > 0:
+    if off_mm <= most_off_mm and rigid[2, 2] > 0:
         return rigid, off_mm
     # Exchanged points keep the scan's upper side up. A mirrored scan fits only with its upper side down.
     others = [(order, *_fitted(named_mm[list(order)], places_mm)) for order in permutations(range(len(points)))]
-    upward = [(order, left_mm) for order, moved, left_mm in others if left_mm <= POINT_OFF_MM and moved[2, 2] > 0]
-    if off_mm > POINT_OFF_MM:
+    upward = [(order, left_mm) for order, moved, left_mm in others if left_mm <= most_off_mm and moved[2, 2] > 0]
+    if off_mm > most_off_mm:
         cause = "Correct their coordinates."
         if upward:
             order = min(upward, key=lambda entry: entry[1])[0]
@@ -242,28 +236,31 @@ def _cell_mm(target: Target) -> float:
     return float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
 
 
-def _agreement_of_points(search: MouthSearch, path: Path) -> float | None:
-    """Return how far the mouth agrees with the position by named points. None if no crack is visible.
+def _at_points(search: MouthSearch, finer: MouthSearch, most_mm: float, path: Path) -> EdgeFit | None:
+    """Return the position of the crack near that by named points. None if no crack is recognised.
 
     Raises InputError if another position agrees clearly better.
     """
-    agreement = search.agreement(Pose(0.0, 0.0, 0.0))
-    best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
-    mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
-    if max(best.agreement, mirrored) < SURE_AGREEMENT:
-        return None
-    if agreement < mirrored - 2 * SURER and best.agreement < mirrored:
-        raise InputError(_mirrored(path, agreement, mirrored))
-    middle_mm = search.samples_mm.mean(axis=0)
-    shift_mm = np.hypot(*(best.pose.back(middle_mm[None])[0] - middle_mm))
-    better = best.agreement - agreement
-    if better > 2 * SURER or (better > SURER / 2 and shift_mm > SHIFT_OFF_MM):
+    edges, middle_mm = Edges.of(finer), search.samples_mm.mean(axis=0)[None]
+    fit = edges.fit_near(Pose(0.0, 0.0, 0.0))
+    if fit is not None and fit.agreeing >= LEAST_AGREEING:
+        along_mm, across_mm = np.abs(edges.axes @ (fit.pose.back(middle_mm) - middle_mm)[0])
+        if across_mm <= most_mm and along_mm <= most_mm + 2 * fit.along_sd_mm:
+            return fit
+    agreement = finer.agreement(Pose(0.0, 0.0, 0.0))
+    best = max((finer.near(search.best(turned=turned)) for turned in (False, True)), key=lambda entry: entry.agreement)
+    mirrored = max(finer.mirrored.near(search.mirrored.best(turned=turned)).agreement for turned in (False, True))
+    if mirrored > max(agreement, best.agreement) + SURER and mirrored > LEAST_AGREEMENT:
+        raise InputError(_mirrored(path, max(agreement, best.agreement), mirrored))
+    elsewhere = edges.fit(best.pose)
+    if elsewhere is not None and elsewhere.agreeing >= LEAST_AGREEING and best.agreement > agreement + SURER:
+        shift_mm = np.hypot(*(elsewhere.pose.back(middle_mm) - middle_mm)[0])
         raise InputError(
             f"{path}: at the named points the crack agrees with the mouth only to {agreement:.2f}, but {shift_mm:.1f} "
             f"mm away and turned by {best.pose.turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are "
             "exchanged, or their coordinates are wrong."
         )
-    return agreement
+    return None
 
 
 def _mirrored(path: Path, straight: float, mirrored: float) -> str:
@@ -273,33 +270,21 @@ def _mirrored(path: Path, straight: float, mirrored: float) -> str:
     )
 
 
-def _not_found(path: Path, agreement: float, least: float) -> str:
-    return (
-        f"{path}: the crack is not found in the scan: its best agreement with the mouth is {agreement:.2f}, but "
-        f"{least:g} of 1 are needed. The sealant may be level with the face, the scan may be of another sample, or its "
-        f"largest plane may be a table: crop the scan to the face. {REMEDY}"
-    )
-
-
-def _by_mouth(search: MouthSearch, finer: MouthSearch, path: Path) -> tuple[Pose, float]:
-    """Return the position at which the hollow or heap of the scan agrees best with the mouth, in finer cells.
+def _by_mouth(search: MouthSearch, finer: MouthSearch, path: Path) -> tuple[EdgeFit, float]:
+    """Return the position at which the edges of the hollow or heap agree best with the mouth, in finer cells.
 
     Also returns the best agreement of a position that is turned by more than ``MOST_TURN_DEG``. The user excludes such
-    positions, so they matter only if they agree better.
+    positions and the mirror image, so they matter only if they agree better.
     """
     best, turned = (finer.near(search.best(turned=turned)) for turned in (False, True))
     mirrored = [finer.mirrored.near(search.mirrored.best(turned=turned)).agreement for turned in (False, True)]
-    if max(best.agreement, turned.agreement, *mirrored) < LEAST_AGREEMENT:
-        share = search.map.known.sum() / search.template.sum()
-        if share < LEAST_AREA:
-            raise InputError(
-                f"{path}: the scan shows {share:.1f} times the area of the crack's mouth. Most of the face is missing: "
-                "scan it on both sides of the crack."
-            )
-        raise InputError(_not_found(path, best.agreement, LEAST_AGREEMENT))
-    is_turned = turned.agreement > best.agreement or abs(best.pose.turn_deg) > MOST_TURN_DEG
-    if is_turned or max(mirrored) > best.agreement + ALIKE:
-        turned = max(best, turned, key=lambda entry: (abs(entry.pose.turn_deg) > MOST_TURN_DEG, entry.agreement))
+    highest = max(best.agreement, turned.agreement, *mirrored)
+    if highest < LEAST_AGREEMENT and (share := search.map.known.sum() / search.template.sum()) < LEAST_AREA:
+        raise InputError(
+            f"{path}: the scan shows {share:.1f} times the area of the crack's mouth. Most of the face is missing: "
+            "scan it on both sides of the crack."
+        )
+    if highest > max(best.agreement + ALIKE, LEAST_AGREEMENT):
         turn = f"turned by {turned.pose.turn_deg:.0f} degrees"
         apart = max(mirrored) - turned.agreement
         cause = "mirrored" if apart > ALIKE else turn if apart < -ALIKE else f"mirrored or {turn}"
@@ -308,17 +293,30 @@ def _by_mouth(search: MouthSearch, finer: MouthSearch, path: Path) -> tuple[Pose
             f"{turned.agreement:.2f} and mirrored to {max(mirrored):.2f} of 1. Export it without mirroring, with axes "
             f"that agree with the photo's up to {MOST_TURN_DEG:g} degrees, or name points."
         )
-    return best.pose, turned.agreement
+    fit = Edges.of(finer).fit(best.pose)
+    if fit is None or fit.agreeing < LEAST_AGREEING or finer.agreement(fit.pose) < LEAST_AGREEMENT:
+        raise InputError(
+            f"{path}: the crack is not found in the scan: its edges agree with the mouth's (up to {AGREES_MM:g} mm) "
+            f"along {0.0 if fit is None else fit.agreeing:.0%} of the crack, but {LEAST_AGREEING:.0%} are needed. The "
+            "sealant may be level with the face, the scan may be of another sample or in another unit, or its largest "
+            f"plane may be a table: crop the scan to the face. {REMEDY}"
+        )
+    rivals = [finer.near(rival).agreement for rival in search.rivals(best)]
+    if max(rivals, default=-1.0) > best.agreement - ALIKE or fit.along_sd_mm > SHIFT_OFF_MM:
+        raise InputError(
+            f"{path}: the crack agrees with the mouth at several positions, such as two like cracks, or along a "
+            f"straight one. {REMEDY}"
+        )
+    return fit, turned.agreement
 
 
 def _require_size(search: MouthSearch, pose: Pose, path: Path) -> None:
-    """Raise InputError if a larger or smaller crack agrees clearly better with the mouth."""
-    size, agreement = search.size(pose)
-    agreed = search.agreement(pose)
-    if abs(size - 1) > SCALE_OFF and agreement > max(agreed + BETTER_SIZE, LEAST_OF_SIZE):
+    """Raise InputError if the edges are clearly farther apart, or closer, than those of the mouth."""
+    size, size_sd = Edges.of(search, single=True).size(pose)
+    if abs(size - 1) > max(SCALE_OFF, SURE_SD * size_sd):
         raise InputError(
-            f"{path}: the crack agrees with the mouth to {agreed:.2f}, but if it is {size:.2f} times as long to "
-            f"{agreement:.2f} of 1. Correct the scale of the scan, such as readings.placement.step_mm, or of the photo."
+            f"{path}: the crack is {size:.2f} times as large as the mouth. Correct the scale of the scan, such as "
+            "readings.placement.units or step_mm, or the scale of the photo."
         )
 
 

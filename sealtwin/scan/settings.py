@@ -9,6 +9,7 @@ from sealtwin.core.settings import Settings
 ScanUnit = Literal["mm", "cm", "m", "inch"]
 MM: dict[ScanUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
+Step = Annotated[float, Field(ge=0.001, le=10)]
 FEWEST_POINTS, MOST_POINTS = 3, 6
 
 
@@ -29,8 +30,9 @@ class Placement(Settings):
 
     units: ScanUnit | None = None
     """Unit of the file's numbers, which no format states. Required for points and triangles."""
-    step_mm: float | None = Field(default=None, ge=0.001, le=10)
-    """Distance between the centres of neighbouring pixels of a height map in mm. Required for a height map."""
+    step_mm: Step | tuple[Step, Step] | None = None
+    """Distance between the centres of neighbouring pixels of a height map in mm, or two if those along a row and along
+    a column differ. Required for a height map."""
     count_mm: float | None = Field(default=None, ge=1e-6, le=1)
     """Height in mm of one count of a height map. Required for a height map, in which 0 means no height."""
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"

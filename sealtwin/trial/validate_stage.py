@@ -72,7 +72,6 @@ def bring_up_to_date(job: Job) -> bool:
     key = stage_key(inputs, {**settings, "form": REPORT_FORM, "sheet": sheet and dict(sheet)}, numbers)
     if job.folder.is_current("validate", key):
         return False
-    job.progress.start("Validating", 2)
     began = time.monotonic()
 
     from simulate.slot.run import has_sealant
@@ -87,6 +86,7 @@ def bring_up_to_date(job: Job) -> bool:
     with files.reading_stage_file(job.path / "simulation.json"):
         ratio = record_files.read_simulation(job.path).volume_ratio
     readings = readings_of(job, profile)
+    job.progress.start("Validating", 2)
     if readings is not None:
         job.progress.note(f"Readings: {readings.dialect}.")
         note_doubts(job, readings)
@@ -219,7 +219,7 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
         simulated = None  # A level from doubtful settings cannot show that readings are wrong
     left = 1 - (job.trial.readings.shrinkage_percent or 0.0) / 100
     filling = Filling(outline, solid, left * sealant_mm3 if declared else 0.0, simulated)
-    readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
+    readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling, job.progress)
     refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
     return readings
 

@@ -7,7 +7,7 @@ import numpy as np
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.records import Booleans, Floats, Outline
 from sealtwin.scan.height_map import HeightMap
-from sealtwin.scan.registration import Target
+from sealtwin.scan.mouth_search import Target
 from tests.support.shapes import cut_crack
 
 OUTLINE = cut_crack(5)
@@ -15,7 +15,7 @@ AROUND_MM = 12.0
 
 
 def target() -> Target:
-    return Target((OUTLINE.outline_mm,), OUTLINE.centreline_mm, OUTLINE.mean_width_mm, OUTLINE.face_mm)
+    return Target.of(OUTLINE)
 
 
 def sloping_mm(s_mm: Floats) -> Floats:

@@ -8,6 +8,7 @@ import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS, Doubt, ReadSheet
 from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
 from validate.readings.beside import ask_about_rest
 from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed, read_grid
@@ -28,6 +29,7 @@ def read_readings(
     length_mm: float | None = None,
     depth_mm: float | None = None,
     filling: Filling | None = None,
+    progress: Progress | None = None,
 ) -> Profile:
     """Read a sheet or a scan as levels from the sample's surface, sorted along s.
 
@@ -51,7 +53,7 @@ def read_readings(
 
         if filling is None:
             raise InputError(f"{path}: a scan needs a crack and its solid.")
-        return read_scan(path, settings, filling.outline, filling.solid)
+        return read_scan(path, settings, filling, progress)
     if path.suffix.lower() in SCANS:
         raise InputError(f"{path}: is a scan: set readings.scan and readings.placement.")
     return readings_of(read_grid(path, settings.sheet, settings.separator), settings, length_mm, depth_mm, filling)

@@ -1,6 +1,6 @@
 """Find suspicious readings. Each function yields possible mistakes and their cells, and none changes a value."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -55,6 +55,12 @@ REMEDIES = {
     "sign": "Correct the header: level counts upward from the face, depth downward.",
     "datum": "Measure from the face.",
     "direction": "Change the end of the crack at which s is 0.",
+}
+REMEDIES_OF_SCANS = {
+    "unit": "Correct the unit of the heights.",
+    "sign": "Correct readings.placement.up, the axis that points out of the face.",
+    "datum": "Correct the unit of the heights, or the depth of the crack.",
+    "direction": "Turn the scan by 180 degrees, or name points.",
 }
 ANSWERS: dict[str, dict[str, Any]] = {
     "span": {CONFIRMS: ["unit"]},
@@ -132,10 +138,15 @@ class Finding(NamedTuple):
     j: Any = ALL  # List of the indices of repeats
 
 
-def check_readings(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
+Check = Callable[[SheetAndCrack], Iterator[Finding]]
+
+
+def check_readings(
+    sheet: SheetAndCrack, where: Location, checks: Sequence[Check] = (), remedies: Mapping[str, str] = REMEDIES
+) -> list[Doubt]:
     """Return the warnings about readings. A reading that one check finds suspicious is missing in the next ones."""
     doubts = dict[Any, Doubt]()
-    for screen in CHECKS:
+    for screen in checks or CHECKS:
         readings_mm = sheet.cells.readings_mm.copy()
         for kind, sentence, i, j in screen(sheet):
             names = _names(sheet.cells, i, j)
@@ -145,9 +156,17 @@ def check_readings(sheet: SheetAndCrack, where: Location) -> list[Doubt]:
             kind_of_part = "row" if j is ALL else "column" if i is ALL else "cell"
             part = [f"{kind_of_part} {', '.join(names)}"] if names else []
             of_cells = where._replace(part=", ".join(filter(None, (where.part, *part))))
-            doubts.setdefault(names or kind, Doubt(kind, of_cells, sentence, REMEDIES[kind], answers, names))
+            doubts.setdefault(names or kind, Doubt(kind, of_cells, sentence, remedies[kind], answers, names))
         sheet = sheet._replace(cells=replace(sheet.cells, readings_mm=readings_mm))
     return list(doubts.values())
+
+
+def check_scan(s_mm: Floats, level_mm: Floats, filling: Filling, where: Location) -> list[Doubt]:
+    """Return the warnings about the levels of a scan as a whole, (n,) each."""
+    nowhere = np.zeros((len(s_mm), 1), dtype=int)
+    cells = ReadCells(s_mm, level_mm[:, None], nowhere, nowhere[0], np.ones((len(s_mm), 1)))
+    sheet = SheetAndCrack(cells, filling.solid.depth_mm, filling.outline.length_mm, filling)
+    return check_readings(sheet, where, (impossible_levels, other_volume, other_direction), REMEDIES_OF_SCANS)
 
 
 def _names(cells: ReadCells, i: Any, j: Any) -> tuple[str, ...]:

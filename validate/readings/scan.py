@@ -10,15 +10,19 @@ from skimage.measure import label
 
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.arrays import unit
+from sealtwin.core.doubts import Location
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Booleans, Floats, Integers, Outline, Profile, Solid
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Booleans, Floats, Integers, Outline, Profile
 from sealtwin.core.scan_figures import Scan, ScanFigures
 from sealtwin.core.solid_figures import Span
 from sealtwin.scan.height_map import MAD, HeightMap, grid_along
+from sealtwin.scan.mouth_search import Target
 from sealtwin.scan.points_file import read_points
-from sealtwin.scan.registration import Placed, Target, place
+from sealtwin.scan.registration import Placed, place
 from sealtwin.scan.settings import Placement
 from validate.metrics.volumes import cuts_of_cavity
+from validate.readings.reading_checks import Filling, check_scan
 from validate.settings import Readings
 from validate.units import counted
 
@@ -47,19 +51,23 @@ COVERAGE = 2.0  # Half-width of a 95 % interval in standard uncertainties
 MARGIN = 2.0  # Half the width of the heights along the crack, divided by the crack's mean width
 
 
-def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) -> Profile:
+def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progress | None = None) -> Profile:
     """Return the level of the sealant every millimetre along the crack, as the mean across its surface.
 
     The plane of the uncracked face is 0. A station of which less than half is seen has no level. Walls that show above
-    the sealant do not count.
+    the sealant do not count. Levels that are unlikely for the crack and its dispensed volume are ``doubts``.
 
     Raises InputError if the scan cannot be read, does not fit to the sample, or shows fewer than two stations.
     """
+    outline, solid, progress = filling.outline, filling.solid, progress or Progress()
+    progress.start("Reading the scan", 3)
     levels_mm, cuts = cuts_of_cavity(solid, CUTS)
-    face_mm = outline.face_mm
-    target = Target(tuple(map(np.asarray, cuts[-1])), outline.centreline_mm, outline.mean_width_mm, face_mm)
+    target = Target.of(outline, cuts[-1])
     placement = settings.placement or Placement()
-    placed = place(read_points(path, placement), placement, target, path)
+    points_mm = read_points(path, placement)
+    progress.advance(1, "placing it on the sample")
+    placed = place(points_mm, placement, target, path, settings.limit_mm)
+    progress.advance(2, "reading the level")
     surface = _Surface.of(placed, target, cuts, levels_mm, solid.block_mm)
     surface.require_above_floor(path)
     levels = surface.levels(outline.length_mm)
@@ -75,6 +83,9 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
     tip_mm = settings.probe_mm or TIP_MM
     tip_level_mm = surface.tip_levels_mm(outline, s_mm, level_mm, tip_mm)
     over, under = surface.volumes(levels.surface_mm, noise_mm2)
+    mean_sd_mm = float(np.sqrt(weights @ covariance @ weights))
+    of_level_mm3 = COVERAGE * mean_sd_mm * outline.mean_width_mm * outline.length_mm
+    below_mm3 = filling.held_mm3(s_mm, np.minimum(level_mm, 0.0))
     figures = ScanFigures(
         points=placed.points,
         placed_by=placed.placed_by,
@@ -83,22 +94,39 @@ def read_scan(path: Path, settings: Readings, outline: Outline, solid: Solid) ->
         tilt_deg=placed.tilt_deg,
         agreement=placed.agreement,
         agreement_turned=placed.turned,
+        edges_agreeing=placed.agreeing,
         points_off_mm=placed.points_off_mm,
         along_sd_mm=placed.along_sd_mm,
         cell_mm=placed.heights.cell_mm,
         holes_mm=holes,
         mean_level_mm=float(weights @ level_mm),
-        mean_level_95_mm=COVERAGE * float(np.sqrt(weights @ covariance @ weights)),
+        mean_level_95_mm=COVERAGE * mean_sd_mm,
         tip_mm=tip_mm,
         tip_higher_mm=float(weights @ (tip_level_mm - level_mm)),
         over_face_mm3=over[0],
         over_face_95_mm3=over[1],
         under_face_mm3=under[0],
         under_face_95_mm3=under[1],
+        sealant_mm3=below_mm3 + over[0],
+        sealant_95_mm3=float(np.hypot(of_level_mm3, over[1])),
     )
     scan = Scan(figures, *_along(surface, outline), covariance)
-    data, dialect = settings.data, _dialect(figures, path)
-    return Profile(s_mm, level_mm, level_mm[:, None], data, path.name, dialect, scan=scan)
+    questions = tuple(
+        doubt
+        for doubt in check_scan(s_mm, level_mm, filling, Location(path))
+        if doubt.kind not in (settings.as_written or ())
+    )
+    return Profile(
+        s_mm,
+        level_mm,
+        level_mm[:, None],
+        settings.data,
+        path.name,
+        _dialect(figures),
+        doubts=tuple(map(str, questions)),
+        questions=questions,
+        scan=scan,
+    )
 
 
 @dataclass(frozen=True)
@@ -117,6 +145,7 @@ class _Surface:
 
     placed: Placed
     mouth: Booleans  # (rows, columns)
+    beside: Booleans  # Cells of the face near the mouth, but not beyond an end at which the crack goes on
     bottom_mm: Floats  # Lowest level at which the cavity is open, (rows, columns). 0 outside the mouth
     s_mm: Floats  # Arc length of each cell of the mouth, in the order of ``mouth``
     from_wall_mm: Floats  # Distance of each cell of the mouth from the walls
@@ -150,7 +179,9 @@ class _Surface:
         x_min, y_min, x_max, y_max = block_mm
         beyond = (x_mm < x_min) | (x_mm > x_max) | (y_mm < y_min) | (y_mm > y_max)
         from_wall_mm = heights.away_mm(~(mouth | beyond))[mouth]
-        return cls(placed, mouth, bottom_mm, s_mm, from_wall_mm, across_mm)
+        near = (heights.away_mm(mouth) < BESIDE_MM) & ~mouth & ~beyond
+        near[near] = ~target.beyond(np.column_stack([x_mm[near], y_mm[near]]))
+        return cls(placed, mouth, near, bottom_mm, s_mm, from_wall_mm, across_mm)
 
     def levels(self, length_mm: float) -> "_Levels":
         """Return the mean level across the sealant at stations along the crack."""
@@ -261,14 +292,14 @@ class _Surface:
         height_mm = self._beside_mm()
         height_mm[self.mouth] = surface_mm
         spread_mm = MAD * float(np.median(np.abs(height_mm[self.placed.face])))
-        raised = (height_mm > max(RAISED_SD * spread_mm, RAISED_MM)) & (heights.away_mm(self.mouth) < BESIDE_MM)
+        raised = self.beside & (height_mm > max(RAISED_SD * spread_mm, RAISED_MM))
         over_mouth = self.mouth & (height_mm > 0)
-        parts = np.asarray(label(over_mouth | (raised & ~self.mouth)))
+        parts = np.asarray(label(over_mouth | raised))
         touching = np.unique(parts[over_mouth])
         over = np.isin(parts, touching[touching > 0])
         # The thin edge of a spill is below the limit.
         if (spill := over & ~self.mouth).any():
-            over |= (heights.away_mm(spill) < THIN_MM) & ~self.mouth & (height_mm < RAISED_MM)
+            over |= self.beside & (heights.away_mm(spill) < THIN_MM) & (np.abs(height_mm) < RAISED_MM)
         under = self.mouth & (height_mm <= 0)
         return self._volume(height_mm, over, noise_mm2), self._volume(-height_mm, under, noise_mm2)
 
@@ -350,7 +381,7 @@ def _along(surface: _Surface, outline: Outline) -> tuple[Floats, Floats, Floats,
     return s_mm, across_mm, seen.at_mm(x_mm, y_mm), np.nan_to_num(bottom.at_mm(x_mm, y_mm))
 
 
-def _dialect(figures: ScanFigures, path: Path) -> str:
+def _dialect(figures: ScanFigures) -> str:
     """Return a sentence that states how the scan was interpreted."""
     placed = "by named points" if figures.placed_by == "points" else "by the crack's mouth"
     if figures.points_off_mm is not None:
@@ -359,6 +390,8 @@ def _dialect(figures: ScanFigures, path: Path) -> str:
         turned = figures.agreement_turned
         placed += f" (agreement {figures.agreement:.2f} of 1"
         placed += ")" if turned is None else f", if turned around {turned:.2f})"
+    else:
+        placed += ", where no crack is recognised"
     holes = ", ".join(f"{low:.0f} to {high:.0f}" for low, high in figures.holes_mm)
     parts = (
         f"scan of {figures.points:,} points in cells of {figures.cell_mm:.2f} mm",

@@ -85,10 +85,12 @@ def cautions(evidence: Evidence) -> Facts:
 def faults(evidence: Evidence) -> Facts:
     """Return cautions about edited files, the run and the weighed cavity."""
     edited, weighed = evidence.edited, evidence.solid.figures.weighed
+    scan = evidence.readings and evidence.readings.scan
     return (
         *((stated("files.edited", len(edited), level="fault", edited=edited),) if edited else ()),
         *run_warnings(evidence.run, evidence.volume_ratio, evidence.seeds),
         *(() if weighed is None else weighed.findings),
+        *(() if scan is None or scan.figures.agreement is not None else (doubted("scan.unrecognised"),)),
     )
 
 

@@ -79,8 +79,8 @@ BY_MOUTH = {
     "no crack": (lambda: bed(np.zeros_like), "not found.*level with the face"),
     "mirrored": (lambda: bed() * [1, -1, 1], "mirrored"),
     "turned by 90 degrees": (lambda: bed() @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), "turned by -?[89]. degrees"),
-    "one end missing": (lambda: (lambda points: points[points[:, 0] < 22])(bed()), "as long"),
-    "another size": (lambda: bed() * 1.2, "1.1. times as long"),
+    "one end missing": (lambda: (lambda points: points[points[:, 0] < 22])(bed()), "along 5.% of the crack"),
+    "another size": (lambda: bed() * 1.2, "1.2. times as large"),
     "on its side": (lambda: bed()[:, [0, 2, 1]], "placement.up"),
     "too steep": (lambda: Rotation.from_euler("x", 50, degrees=True).apply(bed()), "placement.up"),
 }

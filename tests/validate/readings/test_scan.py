@@ -13,6 +13,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from sealtwin.scan.settings import NamedPoint, Placement
 from tests.support.scan_beds import OUTLINE, bed, sloping_mm
+from validate.readings.reading_checks import Filling
 from validate.readings.scan import read_scan
 from validate.settings import Readings
 
@@ -28,7 +29,7 @@ def read(tmp_path):
         placement = Placement(units="mm", points=points)
         settings = Readings(scan=path, data="synthetic", role="held-out", placement=placement)
         solid = build_solid(OUTLINE, CrackShape.model_validate({"depth_mm": 8.0, "tilt": "vertical", **shape}))
-        return read_scan(Path(path), settings, OUTLINE, solid)
+        return read_scan(Path(path), settings, Filling(OUTLINE, solid))
 
     return read
 
