@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 from scipy.spatial.transform import Rotation
 
 from sealtwin.core.errors import present
-from sealtwin.core.record_files import TRAJECTORY_COLUMNS
+from sealtwin.core.record_files import TRAJECTORY_COLUMNS, trajectory_rows
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
@@ -251,9 +251,7 @@ def table_text(path: "RobotPath") -> str:
     """
     trajectory = path.trajectory
     columns = (*TRAJECTORY_COLUMNS[:-1], "asked_mm3_s") if path.weighed else TRAJECTORY_COLUMNS
-    rows = np.column_stack(
-        [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
-    )
+    rows = trajectory_rows(trajectory)
     if path.hold_s > 0:
         # The nozzle waits at the first waypoint with sealant, with the pump already on.
         first = trajectory.giving.start

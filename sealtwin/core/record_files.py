@@ -185,12 +185,14 @@ def read_solid(folder: Path) -> Solid:
 
 def write_trajectory(folder: Path, trajectory: Trajectory) -> None:
     """Write trajectory.csv, and for other programs trajectory.txt with "x y z" in mm in each line."""
-    rows = np.column_stack(
-        [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
-    )
-    files.write_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS, rows)
+    files.write_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS, trajectory_rows(trajectory))
     lines = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in trajectory.position_mm]
     files.write_text(folder / "trajectory.txt", "\n".join(lines) + "\n")
+
+
+def trajectory_rows(path: Trajectory) -> Floats:
+    """Return the rows of trajectory.csv, with the columns ``TRAJECTORY_COLUMNS``."""
+    return np.column_stack([path.t_s, path.position_mm, path.s_mm, path.speed_mm_s, path.flow_mm3_s])
 
 
 def read_trajectory(folder: Path) -> Trajectory:
