@@ -146,7 +146,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
 def _is_light(photo: Photo, path: CrackPath) -> bool:
     """Return True if the photo is no darker on a path than on the ground beside it."""
     profiles = profiles_across(photo, path.points_px, path.width_px, 3 * path.width_px + 4)
-    away_px = np.abs(profiles.offset_px)
+    away_px = profiles.away_px
     inside, beside = away_px <= max(path.width_px / 4, 1.0), away_px > path.width_px + 2
     return finite_median(profiles.light[:, inside]) >= finite_median(profiles.light[:, beside])
 

@@ -40,12 +40,12 @@ class Photo(Pixels, Scale):
     """Pixels of a photo with their scale."""
 
     def to_mm(self, points_px: Floats) -> Floats:
-        """Map pixels, (n, 2), to points on the face in mm, (n, 2)."""
-        return self.view.to_mm(points_px)
+        """Map pixels, (..., 2), to points on the face in mm, (..., 2)."""
+        return self.view.to_mm(points_px.reshape(-1, 2)).reshape(points_px.shape)
 
     def to_px(self, points_mm: Floats) -> Floats:
-        """Map points on the face in mm, (n, 2), to pixels, (n, 2)."""
-        return self.view.to_px(points_mm)
+        """Map points on the face in mm, (..., 2), to pixels, (..., 2)."""
+        return self.view.to_px(points_mm.reshape(-1, 2)).reshape(points_mm.shape)
 
     def in_both_units(self, **lines_mm: Floats) -> dict[str, Any]:
         """Return a dict of lines on the face. A line has two keys: ``<name>_mm``, and ``<name>_px`` in pixels."""
@@ -62,11 +62,6 @@ class Photo(Pixels, Scale):
         """Return the fields of an ``Outline`` that come from the photo."""
         names = ("face_mm", "mm_per_px", "scale_source", "scale_residual_mm", "scale_uncertainty", "camera_tilt_deg")
         return {name: getattr(self, name) for name in names} | {"photo_size_px": self.size_px}
-
-    @property
-    def face_px(self) -> Floats | None:
-        """Corners of the face in px, (4, 2): lower left, lower right, upper right, upper left."""
-        return None if self.face_ring_px is None else self.face_ring_px[::RING_POINTS]
 
     @cached_property
     def face_ring_px(self) -> Floats | None:

@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats, Trajectory
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import ByForm, Settings
 
 BOUNDS = {
     "t_s": (0.0, 1e5),
@@ -121,8 +121,5 @@ def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str] | No
     return None
 
 
-PlanOrFile = Annotated[
-    Annotated[Path, Tag("one")] | Annotated[PathTable, Tag("several")],
-    Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several"),
-]
+PlanOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[PathTable, Tag("several")], ByForm]
 """A planned path: its columns, or the name of a file that contains them."""

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats
-from sealtwin.core.settings import Settings, checked
+from sealtwin.core.settings import ByForm, Settings, checked
 
 MAX_ROWS = 1000
 BOUNDS = {
@@ -67,9 +67,6 @@ class MaterialCurve(Settings):
         return Course(*(np.array(column) for column in (self.age_s, self.viscosity_pa_s, stress_pa)))
 
 
-ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several")
-"""Discriminator of a table that is given by a file's name or by its columns. A validation error refers to the form that
-the user gave."""
 if TYPE_CHECKING:
     # A keyword accepts a file's name or a mapping. The field then has one of the types below.
     CurveOrFile = Any

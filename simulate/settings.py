@@ -9,8 +9,8 @@ from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_figures import FAST, Method
-from sealtwin.core.settings import Likely, Settings
-from simulate.material_curve import ByForm, Course, CurveOrFile, read_curve
+from sealtwin.core.settings import ByForm, Likely, Settings
+from simulate.material_curve import Course, CurveOrFile, read_curve
 from simulate.material_file import Material, read_material
 from simulate.shear_law import Law
 

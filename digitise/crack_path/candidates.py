@@ -204,7 +204,7 @@ def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:
     """
     near_px, far_px = (widths * width_px + px for widths, px in zip(SIDES, SIDES_PX, strict=True))
     profiles = profiles_across(photo, line_px, width_px, far_px)
-    light, away_px = lightness(profiles.light).astype(float), np.abs(profiles.offset_px)
+    light, away_px = lightness(profiles.light).astype(float), profiles.away_px
     line = row_medians(light[:, away_px <= max(width_px / 4, 1.0)])
     left, right = (row_medians(light[:, (away_px >= near_px) & (side * profiles.offset_px > 0)]) for side in (1, -1))
     step, difference = finite_median(np.fmin(left, right) - line), abs(finite_median(left) - finite_median(right))

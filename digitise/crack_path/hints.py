@@ -62,7 +62,7 @@ def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()
     points_px, names = np.array([*ends_px, *via_px], float), ["end", "end", *("via point" for _ in via_px)]
     width, height = photo.size_px
     for name, point_px in zip(names, points_px, strict=True):
-        if depth_inside(point_px, (0, 0, width - 1, height - 1)) < 0:
+        if photo.depth_px(point_px) < 0:
             raise InputError(
                 f"{photo.file}: the {name} {listed(point_px[None])} is outside the photo of {width} x {height} px. x "
                 "counts from the left and y from the top."
@@ -76,7 +76,7 @@ def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()
     if photo.face_mm is None:
         return
     for name, point_px in zip(names, points_px, strict=True):
-        outside_mm = -float(depth_inside(photo.to_mm(point_px[None]), photo.face_mm)[0])
+        outside_mm = -float(depth_inside(photo.to_mm(point_px), photo.face_mm))
         if outside_mm > most_px * photo.mm_per_px:
             raise InputError(
                 f"{photo.file}: the {name} {listed(point_px[None])} is {outside_mm:.1f} mm outside the face. Give the "

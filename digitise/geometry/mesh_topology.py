@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.arrays import Floats, Integers, normals
 
 CONTACT_MM = 1e-5  # Smaller overlaps come from rounding: float32 moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds the vertices
@@ -23,11 +23,6 @@ def open_edges(faces: Integers) -> Integers:
     """Return the directed edges that belong to only one face, (n, 2)."""
     edges = directed_edges(faces)
     return edges[trimesh.grouping.group_rows(np.sort(edges, axis=1), require_count=1)]
-
-
-def normals(corners: Floats) -> Floats:
-    """Return the normal of each triangle, (f, 3). Its length is twice the triangle's area. ``corners`` is (f, 3, 3)."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def mesh_volume_mm3(vertices_mm: Floats, faces: Integers) -> float:

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import counted_up
+from sealtwin.core.arrays import counted_up, cross
 from sealtwin.core.records import Booleans, Floats, Integers
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
@@ -186,11 +186,6 @@ def signed_area(ring: Floats) -> float:
     return float(cross(ring, np.roll(ring, -1, axis=0)).sum() / 2)
 
 
-def cross(first: Floats, second: Floats) -> Floats:
-    """Return the cross products of plane vectors, (...). Positive if the second vector is to the left of the first."""
-    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
-
-
 def to_left(vector: Floats) -> Floats:
     """Return plane vectors, (..., 2), rotated by 90 degrees to the left."""
     return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
@@ -217,7 +212,7 @@ def coverage(ring: Floats, size_px: tuple[int, int]) -> NDArray[np.float32]:
     # Sub-row r is sampled at y = (r + 0.5) / ROWS_PER_PX - 0.5.
     first = np.maximum(np.ceil((low + 0.5) * ROWS_PER_PX - 0.5), 0).astype(int)
     last = np.minimum(np.ceil((high + 0.5) * ROWS_PER_PX - 0.5), height * ROWS_PER_PX).astype(int)
-    edge, row = counted_up(np.maximum(last - first, 0), first)
+    edge, row = counted_up(last - first, first)
     y = (row + 0.5) / ROWS_PER_PX - 0.5
     (x0, y0), (x1, y1) = start[edge].T, end[edge].T
     x = np.clip(x0 + (y - y0) * (x1 - x0) / (y1 - y0) + 0.5, 0, width)

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps, TiffImagePlugin
 from PIL.ExifTags import IFD, Base
 
+from digitise.geometry.polyline import depth_inside
 from digitise.image.raster import DISPLAY_GAMMA, Map
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt
-from sealtwin.core.records import Booleans
+from sealtwin.core.records import Booleans, Floats
 
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
 """File endings of photos in a folder. Photos that cannot be read are reported."""
@@ -64,6 +65,11 @@ class Pixels(Decoded):
     def size_px(self) -> tuple[int, int]:
         """Width and height in px."""
         return self.brightness.shape[1], self.brightness.shape[0]
+
+    def depth_px(self, points_px: Floats) -> Floats:
+        """Return the distance of points, (..., 2), from the middles of the outermost pixels. Negative outside."""
+        width, height = self.size_px
+        return depth_inside(points_px, (0, 0, width - 1, height - 1))
 
 
 def read_photo(path: Path, key: str = "photo.file") -> Decoded:

@@ -26,10 +26,15 @@ def blurred_copy(picture: Map, sigma_px: float) -> Map:
     return blurred(shrunk(picture, small), sigma_px / times)
 
 
+def median_of(values: Map) -> float:
+    """Return the median of the values, or 0 if there are none."""
+    return float(np.median(values)) if len(values) else 0.0
+
+
 def continued(picture: Map, valid: Booleans, sigma_px: float) -> Map:
     """Return the Gaussian mean of the valid pixels around each pixel. Far from valid pixels, return their median."""
     weight = valid.astype(np.float32)
-    usual = float(np.median(picture[valid])) if valid.any() else 0.0
+    usual = median_of(picture[valid])
     mean = (blurred(picture * weight, sigma_px) + MEDIAN_WEIGHT * usual) / (blurred(weight, sigma_px) + MEDIAN_WEIGHT)
     return np.asarray(mean, np.float32)
 

@@ -11,13 +11,13 @@ import trimesh
 from manifold3d import Error, Manifold, Mesh64
 from scipy.spatial.transform import Rotation
 
-from digitise.geometry.mesh_topology import edge_fault, mesh_volume_mm3, normals
+from digitise.geometry.mesh_topology import edge_fault, mesh_volume_mm3
 from digitise.geometry.polyline import Box
 from digitise.geometry.region import box_region, prism
 from digitise.solid.float_mesh import welded, without_needles
+from sealtwin.core.arrays import Floats, Integers, normals, rms
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
-from sealtwin.core.records import Floats, Integers
 
 # Limits of the search for a sample's face and sides. Each line says why the limit has its value.
 #
@@ -111,7 +111,7 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
             reach_mm = min(ROUGHEST_MM, max(4.5 * np.median(np.abs(away_mm)), 1e-9))
         share = (np.abs((points_mm - place_mm) @ up) <= ROUGHEST_MM).mean()
         if share >= MIN_SHARE and up[2] > STEEPEST:
-            return FacePlane(up, place_mm, float(np.sqrt(np.mean(away_mm**2))))
+            return FacePlane(up, place_mm, rms(away_mm))
     raise ShapeError(
         f"Mesh has no plane face on its upper side: only {share:.0%} of the upward surface is in one plane, and at "
         f"least {MIN_SHARE:.0%} is needed.",

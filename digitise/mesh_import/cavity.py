@@ -23,6 +23,7 @@ from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import midpoints
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats, Outline, Sections
@@ -172,7 +173,7 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
     layers = [
         covered(cavity.slice(middle), lambda ring_mm: (ring_mm - origin_mm) / cell_mm, (width, height))
-        for middle in (levels_mm[1:] + levels_mm[:-1]) / 2
+        for middle in midpoints(levels_mm)
     ]
     rows, columns = np.nonzero(np.max(layers, axis=0))
     cells_mm = origin_mm + cell_mm * np.column_stack([columns, rows])

@@ -8,7 +8,7 @@ import trimesh
 from scipy.ndimage import minimum
 from scipy.spatial.transform import Rotation
 
-from digitise.geometry.mesh_topology import examine_mesh, normals
+from digitise.geometry.mesh_topology import examine_mesh
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import MEND, STEEPEST, Block, FacePlane, closed_body, cut_block, find_face, one_surface
@@ -18,6 +18,7 @@ from digitise.photo import Photo
 from digitise.settings import MeshInput
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import arrays_of, tidy
+from sealtwin.core.arrays import normals
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.mesh_file import Triangles, read_mesh

@@ -23,7 +23,6 @@ from digitise.crack_path import medial_axis
 from digitise.geometry.polyline import (
     Box,
     at_arc_length,
-    cross,
     nearest_side,
     resampled,
     runs,
@@ -35,6 +34,7 @@ from digitise.geometry.polyline import (
 from digitise.mesh_import.cavity import seen_from_above, strip_width_mm
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import cross, midpoints
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Integers, Outline, PathSource
@@ -162,7 +162,7 @@ def _require_swept(lines_mm: Floats) -> None:
     centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
     between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
-    across_mm = (across_mm[1:] + across_mm[:-1]) / 2
+    across_mm = midpoints(across_mm)
     swept_mm2 = np.abs(cross(ahead_mm, across_mm)).sum()
     if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
         raise ShapeError(

@@ -13,8 +13,8 @@ from digitise.image.decoding import Pixels
 from digitise.image.raster import Map, sampled
 from digitise.scale.view import MIDDLE, Scale, fit_corners, places_px
 from digitise.settings import PhotoInput
+from sealtwin.core.arrays import Floats, rms
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats
 
 # Largest logarithm of the ratio of the corners' aspect to that of face_mm, for a camera 60 degrees off; a wrong order
 # gives more
@@ -101,7 +101,7 @@ def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple
     """
     reach_px = max(reach_px, MIN_REACH_PX)
     lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
-    bend_px = float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
+    bend_px = rms(np.concatenate(misses_px))
     if not bend_px <= STRAIGHT_PX:
         return None
     # Side i begins at corner i.

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from manifold3d import CrossSection, JoinType, OpType
 
-from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import Box, depth_inside, nearest_side
 from digitise.geometry.region import box_region, pieces
 from digitise.solid.footprint import Footprint
+from sealtwin.core.arrays import normals
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Booleans, FaceLabel, Floats, Integers
 from sealtwin.core.solid_figures import DamBox

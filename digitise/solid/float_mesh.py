@@ -6,8 +6,8 @@ import numpy as np
 import trimesh
 from manifold3d import Manifold
 
-from digitise.geometry.mesh_topology import directed_edges, normals
-from sealtwin.core.records import Floats, Integers
+from digitise.geometry.mesh_topology import directed_edges
+from sealtwin.core.arrays import Floats, Integers, normals
 
 DUST_MM3 = 1e-3
 WELD_DIGITS = 5  # Vertices that agree to this many decimals of a mm are joined. This is float32's step at 160 mm

@@ -7,12 +7,12 @@ by one would leave fins.
 import numpy as np
 from manifold3d import Manifold, Mesh64, OpType
 
-from digitise.geometry.polyline import cross, to_left
+from digitise.geometry.polyline import to_left
 from digitise.geometry.region import box_region, prism
 from digitise.settings import CrackShape
 from digitise.solid.dams import Dam
 from digitise.solid.footprint import Footprint
-from sealtwin.core.records import Floats
+from sealtwin.core.arrays import Floats, cross
 
 MITRE_DEG = 8.0  # Angle of a facet of a fan at a corner. The facets add 0.08 % to a rough cavity, and with 10°, 0.1 %
 BELOW_MM = 1.0  # Overlap of bodies that end at another body. Coincident planes would leave slivers

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
-from digitise.geometry.polyline import depth_inside, resampled
+from digitise.geometry.polyline import resampled
 from digitise.image.raster import Mask, draw_line, filled_polygon, sampled, window_around
 from digitise.photo import Photo
 from digitise.settings import PhotoInput
@@ -84,7 +84,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float)
     lines = []
     for number, points_px in enumerate(settings.walls_px or (), start=1):
         line_px, name = np.array(points_px, float), f"photo.walls_px, line {number}"
-        if depth_inside(line_px, (-0.5, -0.5, width - 0.5, height - 0.5)).min() < 0:
+        if photo.depth_px(line_px).min() < -0.5:
             raise InputError(
                 f"{photo.file}: {name}, leaves the photo of {width} x {height} px. Draw it inside the photo."
             )

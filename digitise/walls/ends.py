@@ -146,9 +146,8 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
         if edge_px.min() <= 2 * EDGE_PX:
             return PathEnd("open", end_px, ahead)
     away_px = reached_px - end_px
-    width, height = photo.size_px
     goes_on = np.linalg.norm(away_px, axis=1).max() > GOES_ON * width_px
-    if goes_on or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
+    if goes_on or photo.depth_px(reached_px).min() <= 1:
         return PathEnd("cut", end_px, ahead)
     # The tip is the farthest dark pixel ahead, or the middle of a blunt end.
     extent_px, aside = away_px @ ahead, to_left(ahead)
@@ -189,9 +188,9 @@ REST_WIDTHS = 1.5  # The rest of the crack must begin within this many widths of
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
     """Return a warning for each end that a click cut, if the photo shows much more of the crack beyond the end."""
     length_px = arc_length(line_px)[-1]
-    last_px, warnings = np.array(photo.size_px) - 1, []
+    warnings = []
     for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
-        if kind != "cut" or depth_inside(inward_px[:1], (0, 0, *last_px))[0] < AT_BORDER * (width_px + 2):
+        if kind != "cut" or photo.depth_px(inward_px[0]) < AT_BORDER * (width_px + 2):
             continue
         beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
         if beyond_px > max(MAX_BEYOND * length_px, MIN_BEYOND * width_px, MIN_BEYOND_PX):
@@ -208,7 +207,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     """Return the length of the dark band that continues from the line's first point, away from the line, in px."""
     part_px = inward_px[: max(2, int(np.searchsorted(arc_length(inward_px), LAST * width_px)))]
     profiles = profiles_across(photo, part_px, width_px, GROUND_BESIDE[1] * width_px + 4)
-    away_px = np.abs(profiles.offset_px)
+    away_px = profiles.away_px
     ground = finite_median(profiles.light[:, away_px > GROUND_BESIDE[0] * width_px + 2])
     threshold = (ground + finite_median(profiles.light[:, away_px <= max(width_px / 4, 1.0)])) / 2
     factor = max(1, int(width_px / WORK_PX), -(-max(photo.size_px) // LARGEST_PX))

@@ -196,6 +196,6 @@ def straight_view(photo: Photo, outline: Outline) -> Pixels:
     half_px = max(1, round(STRAIGHT_AROUND * outline.mean_width_mm / mm_per_px))
     across_mm = np.arange(half_px, -half_px - 1, -1) * (s_mm[1] - s_mm[0])
     places_mm = places_beside(at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), across_mm)
-    x, y = np.moveaxis(photo.to_px(places_mm.reshape(-1, 2)).reshape(places_mm.shape).astype(np.float32), 2, 0)
+    x, y = np.moveaxis(photo.to_px(places_mm).astype(np.float32), 2, 0)
     straight = cv2.remap(photo.image, x.T, y.T, cv2.INTER_LINEAR, None, cv2.BORDER_CONSTANT, (255,) * 3)
     return np.asarray(straight, np.uint8)

@@ -56,6 +56,19 @@ def _points(value: Any) -> Floats:
     return points
 
 
+def cross(first: NDArray[np.floating], second: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return the vertical component of cross products, (...).
+
+    It is positive if the second vector is to the left of the first in plan view.
+    """
+    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+
+
+def normals(corners: Floats) -> Floats:
+    """Return the normal of each triangle, (f, 3). Its length is twice the triangle's area. ``corners`` is (f, 3, 3)."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
 def unit(vectors: Floats) -> Floats:
     """Return the rows of ``vectors``, (n, d), scaled to unit length. A zero vector remains zero."""
     size = np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -73,10 +86,21 @@ def require_as_long(record: object, first: str, *others: str) -> None:
 def counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
     """Return each index k ``count[k]`` times, and for these copies the numbers first[k], first[k] + 1, and so on.
 
-    Both arrays have length ``count.sum()``.
+    A negative count is 0.
     """
+    count = np.maximum(count, 0)
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)
+
+
+def rms(values: Floats) -> float:
+    """Return the root mean square of all values."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def midpoints(values: Floats) -> Floats:
+    """Return the means of successive values or rows, (n - 1, ...)."""
+    return (values[1:] + values[:-1]) / 2
 
 
 AS_LIST = PlainSerializer(np.ndarray.tolist, when_used="json")

@@ -10,7 +10,7 @@ from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Discriminator, ValidationError
 from pydantic_core import ErrorDetails
 
 from sealtwin.core.errors import InputError, as_text
@@ -290,6 +290,11 @@ def _settings_in(annotation: Any) -> type[Settings] | None:
     if isinstance(annotation, type) and issubclass(annotation, Settings):
         return annotation
     return next(filter(None, map(_settings_in, getattr(annotation, "__args__", ()))), None)
+
+
+ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several")
+"""Discriminator of a table that is given by a file's name or by its columns. A validation error refers to the form that
+the user gave."""
 
 
 class Likely(NamedTuple):

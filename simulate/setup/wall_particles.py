@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
+from sealtwin.core.arrays import normals
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, build_barrier
@@ -149,7 +150,7 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
 
     ``spacing_mm`` is the spacing of the lattice. Triangles without an area get no point.
     """
-    normal = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
+    normal = normals(triangles_mm)
     length = np.linalg.norm(normal, axis=1)
     face = np.flatnonzero(length > 0)
     unit = normal[face] / length[face, None]
@@ -157,8 +158,8 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
     corner = np.einsum("fck,fak->fca", triangles_mm[face], axes) / spacing_mm - SHIFT
     across = corner[:, :, 0]
     first, last = np.ceil(across.min(axis=1)), np.floor(across.max(axis=1))
-    row, which = whole_numbers(first.astype(np.int64), last.astype(np.int64))
-    column, line = whole_numbers(*_crossed(corner[which], row))
+    which, row = whole_numbers(first.astype(np.int64), last.astype(np.int64))
+    line, column = whole_numbers(*_crossed(corner[which], row))
     node, which = np.column_stack([row[line], column]), which[line]
     height = np.einsum("fk,fk->f", triangles_mm[face, 0], unit)
     lot = _lots(node)

@@ -9,9 +9,9 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter
 
+from sealtwin.core.arrays import Floats, Integers, Numbers, rms
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
-from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
 from validate.intervals import InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, chi_squared, draws_for, half_width, normals, uniforms
@@ -264,7 +264,7 @@ def effects_of(results: Floats, inputs: int) -> tuple[Floats, float | None]:
     """
     contrasts = _matrix(inputs).T @ results / len(results)
     spare = contrasts[inputs + 1 :]
-    return contrasts[1 : inputs + 1], float(np.sqrt(np.mean(spare**2))) if len(spare) else None
+    return contrasts[1 : inputs + 1], rms(spare) if len(spare) else None
 
 
 def _matrix(inputs: int) -> Integers:
