@@ -18,6 +18,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Run, Sample
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
+from sealtwin.core.settings import without_none
 from simulate.device import describe_device, start_warp
 from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.run_statistics import RunStatistics
@@ -247,7 +248,7 @@ class Injection:
             "U": paste.viscous_weight,
             "D_cm": self._d_cm(number),
             "yield_stress_pa": fluid.fresh.yield_stress_pa,
-            **{name: value for name, value in regime._asdict().items() if value is not None},
+            **without_none(regime._asdict()),
         }
 
     def remarks_on(self, number: int) -> tuple[Fact, ...]:

@@ -160,7 +160,7 @@ def checked(
             f"{as_text(path)}: the name is not UTF-8, so a trial file cannot refer to it. Rename the file."
         )
     try:
-        values = {name: value for name, value in content.items() if value is not None}
+        values = without_none(content)
         # When they read JSON, strict types accept a list as a tuple and a string as a path.
         text = json.dumps(values, default=as_json)
     except ValueError:
@@ -172,6 +172,11 @@ def checked(
         named = origin or (lambda _: str(path))
         faults, types = _faults(kind, fault.errors()), {error["type"] for error in fault.errors()}
         raise SettingsFaults([f"{named(key)}: {text}" for key, text in faults], faults, types) from None
+
+
+def without_none(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries that are not None."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def as_json(value: Any) -> Any:

@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import ConfigDict, with_config
 
 from sealtwin.core.facts import Fact
+from sealtwin.core.settings import without_none
 
 EndKind = Literal["open", "closed", "cut"]
 """Kind of a crack's end.
@@ -128,5 +129,5 @@ class SolidFigures:
 
     def recorded(self) -> dict[str, Any]:
         """Return the figures that apply, as they are written to solid.json."""
-        dams = [{key: value for key, value in asdict(dam).items() if value is not None} for dam in self.dams]
-        return {key: value for key, value in asdict(self).items() if value is not None} | {"dams": dams}
+        dams = [without_none(asdict(dam)) for dam in self.dams]
+        return without_none(asdict(self)) | {"dams": dams}
