@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import splev, splprep
 
-from digitise.geometry.polyline import at_arc_length
 from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
-from sealtwin.core.arc_length import arc_length, arc_length_at
+from sealtwin.core.arc_length import arc_length, arc_length_at, at_arc_length
 from sealtwin.core.arrays import midpoints, rms
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts, doubt

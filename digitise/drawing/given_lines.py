@@ -13,7 +13,6 @@ from scipy.spatial import KDTree
 
 from digitise.geometry.polyline import (
     Box,
-    at_arc_length,
     depth_inside,
     extended,
     resampled,
@@ -25,7 +24,7 @@ from digitise.mesh_import.cavity import ACROSS_PX, top_view
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth, outline_of
 from digitise.photo import Photo
 from digitise.walls.wall_profile import edge_crossings, rays_across
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind

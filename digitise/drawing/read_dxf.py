@@ -24,6 +24,7 @@ from digitise.mesh_import.import_mesh import MAX_MM
 from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from digitise.solid.wedges import carve
+from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline
@@ -76,7 +77,7 @@ class Drawing:
             left_out["widths of polylines"] += getattr(entity, "has_width", False)
             # A copy may begin at the other end, or at another corner.
             places = frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
-            shape = places, round(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum() / COPY_MM)
+            shape = places, round(step_lengths(way_mm).sum() / COPY_MM)
             left_out["lines of no length"] += len(places) < 2
             left_out["exact copies of lines"] += shape in ways
             if len(places) > 1:

@@ -5,7 +5,7 @@ from manifold3d import CrossSection, FillRule
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.arrays import counted_up, cross
 from sealtwin.core.records import Booleans, Floats, Integers
 
@@ -19,11 +19,6 @@ def resampled(points: Floats, spacing: float) -> Floats:
     s = arc_length(points)
     stations = np.linspace(0, s[-1], max(2, 1 + round(s[-1] / spacing)))
     return at_arc_length(points, s, stations)
-
-
-def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
-    """Interpolate each column of ``values`` linearly at ``stations``. The values are given at arc lengths ``s``."""
-    return np.column_stack([np.interp(stations, s, column) for column in values.T])
 
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:

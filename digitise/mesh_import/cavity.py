@@ -15,14 +15,14 @@ from scipy.sparse import coo_array
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.geometry.polyline import Box, at_arc_length, coverage, signed_area
+from digitise.geometry.polyline import Box, coverage, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.image.raster import Map
 from digitise.mesh_import.block import Block, parted
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.arrays import midpoints
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt

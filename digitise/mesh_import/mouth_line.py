@@ -22,7 +22,6 @@ from skimage.measure import points_in_poly
 from digitise.crack_path import medial_axis
 from digitise.geometry.polyline import (
     Box,
-    at_arc_length,
     nearest_side,
     resampled,
     runs,
@@ -33,7 +32,7 @@ from digitise.geometry.polyline import (
 )
 from digitise.mesh_import.cavity import seen_from_above, strip_width_mm
 from digitise.photo import Photo
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.arrays import cross, midpoints
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt

@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from scipy.spatial.transform import Rotation
 
+from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.errors import present
 from sealtwin.core.record_files import TRAJECTORY_COLUMNS, trajectory_rows
 from sealtwin.core.records import Floats
@@ -207,7 +208,7 @@ def urscript_text(path: "RobotPath") -> str:
     """Return a URScript program with movep. Raises InputError if a limit is exceeded, or if blends would overlap."""
     trajectory, settings = path.trajectory, path.cell.table(Urscript)
     flow_mm3_s, full_mm3_s = trajectory.flow_mm3_s[:-1], settings.full_flow_mm3_s
-    largest_mm3_s, closest_mm = flow_mm3_s.max(), np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1).min()
+    largest_mm3_s, closest_mm = flow_mm3_s.max(), step_lengths(trajectory.position_mm).min()
     if full_mm3_s is None:
         reason = "a digital output gives one flow or none"
         limit = path.even_limit(reason, "mm³/s", path.flow_mm3_s, 'Set urscript.dispenser = "analog"')

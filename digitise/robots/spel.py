@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from digitise.robots.programs import EVEN_RANGE, Angle, InCell, Language, LanguageSettings, filled
+from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.records import Floats
 
 if TYPE_CHECKING:
@@ -144,7 +145,7 @@ def spel_text(path: "RobotPath") -> str:
     if settings.axis_start_mm is not None:
         onward = 1.0 if settings.axis_gives == "+" else -1.0
         places[:, 3 if lifts else 2] = settings.axis_start_mm + onward * path.plunger_mm()
-    speed_mm_s = np.linalg.norm(np.diff(places[:, :3], axis=0), axis=1) / np.diff(trajectory.t_s)
+    speed_mm_s = step_lengths(places[:, :3]) / np.diff(trajectory.t_s)
     rows = np.arange(len(places))
     motions = [f"Move P{first + lifts + row}" for row in rows[1:]]
     speeds, begins, curve = [f"{speed:.3f}" for speed in speed_mm_s], trajectory.giving.start, None

@@ -12,7 +12,6 @@ from scipy.spatial import Delaunay, KDTree
 from digitise.geometry.mesh_topology import open_edges
 from digitise.geometry.polyline import (
     Box,
-    at_arc_length,
     left_normals,
     nearest_side,
     rectangle,
@@ -22,7 +21,7 @@ from digitise.geometry.polyline import (
 )
 from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
 from digitise.settings import CrackShape
-from sealtwin.core.arc_length import arc_length, arc_length_at
+from sealtwin.core.arc_length import arc_length, arc_length_at, at_arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, Outline

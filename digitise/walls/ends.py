@@ -11,11 +11,11 @@ import numpy as np
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import pieces, radius
 from digitise.crack_path.profiles import finite_median, profiles_across
-from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, to_left, unit
+from digitise.geometry.polyline import depth_inside, extended, left_normals, to_left, unit
 from digitise.image.raster import Mask, blurred, draw_line
 from digitise.photo import EDGE_PX, Photo, in_copy, smaller
 from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Booleans, Floats
 from sealtwin.core.solid_figures import EndKind, Span

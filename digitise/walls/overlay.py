@@ -7,10 +7,10 @@ import numpy as np
 
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import at_arc_length, places_beside, resampled
+from digitise.geometry.polyline import places_beside, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.arrays import Pixels
 from sealtwin.core.records import Floats, Outline, Trajectory
 

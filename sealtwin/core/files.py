@@ -149,6 +149,11 @@ def sha256(path: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
+def hashes(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Return the hash of each named file in a folder."""
+    return {name: sha256(folder / name) for name in names}
+
+
 def read_text(path: Path) -> str:
     """Read a text file that a stage wrote. Raises InputError if it is not UTF-8, or if ``read_bytes`` raises it."""
     try:

@@ -21,7 +21,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from sealtwin.core.errors import BusyError, InputError, as_text
-from sealtwin.core.files import is_temporary, read_json, sha256, write_json, write_text
+from sealtwin.core.files import hashes, is_temporary, read_json, sha256, write_json, write_text
 
 MANIFEST = "manifest.json"
 LOCK = ".lock"
@@ -117,7 +117,7 @@ class RunFolder:
             "settings": settings,
             "inputs": inputs,
             "given": from_user,
-            "outputs": {name: sha256(self.path / name) for name in outputs},
+            "outputs": hashes(self.path, outputs),
             "wall_time_s": round(wall_time_s, 3),
             "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
             "versions": versions(),

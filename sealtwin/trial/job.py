@@ -270,7 +270,7 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
         job.progress.warn(
             doubt("file.edited", f"{name}: was edited after {stage} wrote it; the edited file is used.", name)
         )
-    return {name: files.sha256(job.path / name) for name in names}
+    return files.hashes(job.path, names)
 
 
 def display_path(path: Path) -> str:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
-from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.arc_length import arc_length_at, at_arc_length
 from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.vtk_files import Frame
@@ -186,7 +186,7 @@ def plane_at(outline: Outline, s_mm: float) -> tuple[Floats, Floats]:
 
 def _centreline_at(outline: Outline, s_mm: Floats) -> Floats:
     """Return the points of the centreline at the positions ``s_mm``, (n, 2)."""
-    return np.column_stack([np.interp(s_mm, outline.s_mm, axis) for axis in outline.centreline_mm.T])
+    return at_arc_length(outline.centreline_mm, outline.s_mm, s_mm)
 
 
 def draw_solid_across(axes: Axes, solid: Solid, foot_mm: Floats, ahead: Floats, zorder: float = 1.0) -> None:
