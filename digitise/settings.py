@@ -17,6 +17,7 @@ from sealtwin.scan.settings import Placement
 InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a point in or beside a photo
 Pixel = tuple[InPhoto, InPhoto]
 PixelPair = tuple[Pixel, Pixel]
+Clicks = tuple[Pixel, ...]  # Points that a user clicks
 # Largest photo or mesh file: 50 million uncompressed pixels with transparency, plus 25 %
 LARGEST_FILE_BYTES = 250_000_000
 OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the face in mm, up to ten metres
@@ -53,7 +54,7 @@ MeshUnit = Literal["mm", "cm", "m", "inch"]
 MAX_WALLS, MAX_WALL_POINTS = 50, 200
 NO_SCALE = "no_scale"  # Error type of a photo without a scale
 SCALES = "no scale: give [photo.markers], face_mm with face_corners_px, ruler_px or mm_per_px"
-Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MAX_WALL_POINTS)]
+Region = Annotated[Clicks, Field(min_length=2, max_length=MAX_WALL_POINTS)]
 Walls = Annotated[tuple[Region, ...], Field(max_length=MAX_WALLS)]
 NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}
 NOT_BESIDE = {
@@ -70,7 +71,7 @@ MAX_VIA = 50  # Largest number of via points. If more are needed, a painted mask
 
 def by_station(value: float | DepthTable) -> Floats:
     """Return a table of arc lengths and values along the crack, (k, 2), from one number or from rows."""
-    return np.array(value if isinstance(value, tuple) else [(0.0, value)], dtype=float)
+    return np.array(value if isinstance(value, tuple) else [(0.0, value)], float)
 
 
 def require_order(name: str, stations_mm: Floats) -> None:
@@ -136,7 +137,7 @@ class PhotoInput(Settings):
     crack: int | None = Field(default=None, ge=1, le=MAX_RANKED)
     """Number of the crack in the list that the search makes, best crack first. refused.png shows these numbers. Only
     without ends_px."""
-    via_px: tuple[Pixel, ...] = Field(default=(), max_length=MAX_VIA)
+    via_px: Clicks = Field(default=(), max_length=MAX_VIA)
     """Points on the crack between its ends, in order. They are needed if the crack forks or a darker crack is near."""
     roi_px: Region | None = None
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
@@ -183,7 +184,7 @@ class PhotoInput(Settings):
     """Origin of mm_per_px. If the scale is assumed, reports say so with every length."""
 
     @property
-    def hints(self) -> tuple[PixelPair | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
+    def hints(self) -> tuple[PixelPair | None, Clicks, Clicks | None, int | None]:
         """Ends, via points, region and number of the crack, which are the arguments of ``find_path``."""
         return self.ends_px, self.via_px, self.roi_px, self.crack
 

@@ -85,7 +85,7 @@ def _opening(photo: Photo) -> Booleans:
     x_min, y_min, x_max, y_max = present(photo.face_mm, "the face of a marker sheet")
     box = x_min + margin_mm, y_min + margin_mm, x_max - margin_mm, y_max - margin_mm
     ring = np.round(photo.to_px(rectangle(box))).astype(np.int32)
-    inside = cv2.fillPoly(np.zeros(photo.brightness.shape, dtype=np.uint8), [ring], 1) > 0
+    inside = cv2.fillPoly(np.zeros(photo.brightness.shape, np.uint8), [ring], 1) > 0
     if inside.sum() < (2 * MIN_HALF_PX) ** 2:
         raise InputError(
             f"{photo.file}: the field between the markers is too small in the photo. Move the camera closer."

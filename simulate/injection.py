@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Run, Sample
 from sealtwin.core.regime import regime_of
@@ -251,7 +251,7 @@ class Injection:
             **without_none(regime._asdict()),
         }
 
-    def remarks_on(self, number: int) -> tuple[Fact, ...]:
+    def remarks_on(self, number: int) -> Facts:
         """Return the warnings about a fluid's run that are known before the first frame."""
         remarks = remarks_on(self.pour.each[number], self.schedule, finer=self.finer)
         now = self.engine.substeps

@@ -18,7 +18,7 @@ from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.profiles import width_along
 from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
-from digitise.settings import MAX_RANKED, Pixel, PixelPair
+from digitise.settings import MAX_RANKED, Clicks, PixelPair
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt, texts
@@ -45,8 +45,8 @@ class RivalCracksError(InputError):
 def find_path(
     photo: Photo,
     ends_px: PixelPair | None,
-    via_px: tuple[Pixel, ...] = (),
-    roi_px: tuple[Pixel, ...] | None = None,
+    via_px: Clicks = (),
+    roi_px: Clicks | None = None,
     crack: int | None = None,
 ) -> CrackPath:
     """Return the path between the ends, past the via points in their order, inside ``roi_px``.
@@ -72,7 +72,7 @@ class CrackSearch:
     warnings: Facts
 
     @classmethod
-    def of(cls, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> "CrackSearch":
+    def of(cls, photo: Photo, roi_px: Clicks | None = None) -> "CrackSearch":
         """Search the photo within ``roi_px``. Raises InputError if ``roi_px`` is not a region."""
         wire = LiveWire(photo, roi_px)
         cracks, straight_px = candidates(photo, wire.field)
@@ -137,13 +137,13 @@ class CrackSearch:
 class LiveWire:
     """Find paths along a photo's crack between clicked points, on one line map. Several threads may use it."""
 
-    def __init__(self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> None:
+    def __init__(self, photo: Photo, roi_px: Clicks | None = None) -> None:
         """Map the photo within ``roi_px``. Raises InputError if ``roi_px`` is not a region."""
         self._photo, self._snap_px = photo, snap_px(photo)
         self._region_px = None if roi_px is None else region_px(photo, roi_px)
         self.field: LineMap = map_lines(photo, self._region_px)
 
-    def path(self, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> CrackPath:
+    def path(self, ends_px: PixelPair, via_px: Clicks = ()) -> CrackPath:
         """Return the path past all clicked points in their order.
 
         Raises InputError for a point off any crack, or if a gate refuses the path.

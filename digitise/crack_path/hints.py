@@ -6,7 +6,7 @@ import numpy as np
 
 from digitise.geometry.polyline import crossings, depth_inside, rectangle
 from digitise.photo import Photo, in_copy
-from digitise.settings import Pixel, PixelPair
+from digitise.settings import Clicks, PixelPair
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, PathSource
@@ -57,7 +57,7 @@ def too_far(away_px: float, most_px: float) -> str:
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 
-def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> None:
+def check_hints(photo: Photo, ends_px: PixelPair, via_px: Clicks = ()) -> None:
     """Raise InputError if a point is outside the photo or the face, or if the two ends are too close together."""
     points_px, names = np.array([*ends_px, *via_px], float), ["end", "end", *("via point" for _ in via_px)]
     width, height = photo.size_px
@@ -85,7 +85,7 @@ def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()
             )
 
 
-def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
+def region_px(photo: Photo, roi_px: Clicks) -> Floats:
     """Return the corners of the region of interest in px, (n, 2).
 
     Raises InputError if the region is too small or its sides cross.

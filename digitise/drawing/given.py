@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, WidthTable, by_station, require_order
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings
+from sealtwin.core.solid_figures import Box
 
 MAX_POINTS = 5000  # Largest number of points of a line in mm, ten times that of a traced line
 Line = Annotated[tuple[tuple[OnFace, OnFace], ...], Field(min_length=2, max_length=MAX_POINTS)]
@@ -24,7 +25,7 @@ class GivenCrack(Settings):
     validation."""
 
     @property
-    def box_mm(self) -> tuple[float, float, float, float] | None:
+    def box_mm(self) -> Box | None:
         """x_min, y_min, x_max, y_max of the face in mm. None if ``face_mm`` is not given."""
         return None if self.face_mm is None else (0.0, 0.0, *self.face_mm)
 

@@ -114,7 +114,7 @@ class Drawing:
             entity.vertices[:] = curve
         try:
             path = make_path(entity).flattening(SAG_MM / MM[self.unit])
-            points_mm = MM[self.unit] * np.array([tuple(point) for point in path], dtype=float).reshape(-1, 3)
+            points_mm = MM[self.unit] * np.array([tuple(point) for point in path], float).reshape(-1, 3)
         except Exception as fault:  # ezdxf raises many types of errors for a damaged line.
             raise InputError(
                 f"{kind} cannot be read ({str(fault) or type(fault).__name__:.80}). Draw it as a polyline."

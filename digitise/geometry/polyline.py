@@ -8,8 +8,8 @@ from scipy.ndimage import gaussian_filter1d
 from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.arrays import counted_up, cross
 from sealtwin.core.records import Booleans, Floats, Integers
+from sealtwin.core.solid_figures import Box
 
-Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 ROWS_PER_PX = 8  # Number of sub-rows of a pixel. With 8, the covered fraction of a pixel at an edge is right to 0.01
 AT_ONCE = 64  # Number of segments compared with all others at a time: all pairs of 100,000 do not fit in memory
 
@@ -213,7 +213,7 @@ def coverage(ring: Floats, size_px: tuple[int, int]) -> NDArray[np.float32]:
     x = np.clip(x0 + (y - y0) * (x1 - x0) / (y1 - y0) + 0.5, 0, width)
     sign = np.sign(y1 - y0) / ROWS_PER_PX
     column = np.floor(x).astype(int)
-    steps = np.zeros((height, width + 2), dtype=np.float64)
+    steps = np.zeros((height, width + 2), np.float64)
     np.add.at(steps, (row // ROWS_PER_PX, column), sign * (column + 1 - x))
     np.add.at(steps, (row // ROWS_PER_PX, column + 1), sign * (x - column))
     return np.abs(np.cumsum(steps, axis=1)[:, :width]).astype(np.float32)

@@ -208,7 +208,7 @@ def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: t
 
 def strip_width_mm(region: CrossSection) -> float:
     """Return the width of a long strip with the same area and rim: twice the area, divided by the length of the rim."""
-    rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
+    rings = (np.asarray(ring, float) for ring in region.to_polygons())
     return 2 * region.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
 
 

@@ -89,7 +89,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box) -> MouthLine:
     of the middle meets the crack's front. Islands count as crack, and side arms do not.
     Raises ShapeError if the mouth is a ring or too short, or if its walls do not face each other along one line.
     """
-    rings_mm = [np.asarray(ring, dtype=float) for ring in mouth.to_polygons()]
+    rings_mm = [np.asarray(ring, float) for ring in mouth.to_polygons()]
     outer = CrossSection([max(rings_mm, key=signed_area)])
     if mouth.area() < RING_SHARE * outer.area():
         x, y = min(rings_mm, key=signed_area).mean(axis=0)
@@ -99,7 +99,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box) -> MouthLine:
             "walls",
         )
     path_mm, width_mm = _rough_path(outer)
-    ring_mm = np.asarray(outer.simplify(SMOOTH * width_mm).to_polygons()[0], dtype=float)
+    ring_mm = np.asarray(outer.simplify(SMOOTH * width_mm).to_polygons()[0], float)
     # A pixel at the rim has its centre outside.
     inside = np.flatnonzero(points_in_poly(path_mm, ring_mm))
     path_mm = path_mm[inside[0] : inside[-1] + 1] if len(inside) else path_mm[:1]
@@ -198,7 +198,7 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
     # Begin on the main crack, so that no stretch is split in two.
     order = np.roll(np.arange(len(rim_mm)), -int(beyond_mm.argmin()))
     rim_mm, beside, s_mm = rim_mm[order], beyond_mm[order] > 0, arc_length(path_mm)
-    at_rim_mm, main, arms = s_mm[nearest[order]], np.ones(len(rim_mm), dtype=bool), list[Floats]()
+    at_rim_mm, main, arms = s_mm[nearest[order]], np.ones(len(rim_mm), bool), list[Floats]()
     for begin, end in runs(beside).tolist():
         room_mm, (first_mm, last_mm) = rim_mm[begin:end], np.sort(at_rim_mm[[begin, end - 1]])
         # A stretch next to an end belongs to that end.
@@ -263,7 +263,7 @@ def _ring_points(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:
     A position beyond the last corner continues from the first corner.
     """
     twice_mm = np.vstack([ring_mm, ring_mm, ring_mm[:1]])
-    return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), np.asarray(places, dtype=float))
+    return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), np.asarray(places, float))
 
 
 def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
@@ -300,4 +300,4 @@ def facing(left_mm: Floats, right_mm: Floats) -> Integers:
     """
     across_mm2 = cdist(left_mm, right_mm, "sqeuclidean")
     way, _ = route_through_array(across_mm2, (0, 0), (len(left_mm) - 1, len(right_mm) - 1))
-    return np.array(way, dtype=np.int64)
+    return np.array(way, np.int64)

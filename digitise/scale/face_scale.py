@@ -65,7 +65,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
     """
     if settings.face_corners_px is None or settings.face_mm is None:
         return None
-    corners_px, size_px = np.array(settings.face_corners_px, dtype=float), pixels.size_px
+    corners_px, size_px = np.array(settings.face_corners_px, float), pixels.size_px
     ring = corners_px.astype(np.float32)
     # Counter-clockwise as seen, with y down.
     in_order = cv2.isContourConvex(ring) and cv2.contourArea(ring, oriented=True) < 0
@@ -149,7 +149,7 @@ def edge_line(foot: Floats, outward: Floats, across_px: Floats) -> tuple[Floats,
     """
     along = np.linalg.norm(foot - foot[0], axis=1)
     slope, level = 0.0, np.median(across_px)
-    near = np.ones(len(along), dtype=bool)
+    near = np.ones(len(along), bool)
     for _ in range(5):
         miss_px = np.abs(across_px - level - slope * along)
         near = miss_px <= max(STRAY_PX, 3 * np.median(miss_px))

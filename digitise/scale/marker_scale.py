@@ -233,7 +233,7 @@ def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[t
     corners, ids, _ = cv2.aruco.ArucoDetector(_dictionary(dictionary), parameters).detectMarkers(copy)
     if ids is None:
         return []
-    quads = (np.array(corners, dtype=float).reshape(-1, 4, 2) + 0.5) / shrink - 0.5
+    quads = (np.array(corners, float).reshape(-1, 4, 2) + 0.5) / shrink - 0.5
     return [(int(number), quad) for number, quad in zip(ids.ravel(), quads, strict=True)]
 
 

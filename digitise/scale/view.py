@@ -41,7 +41,7 @@ class Lens:
         camera[:2, 2] = self.centre_px
         ends = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)
         bend = np.array([self.bend_px2, 0, 0, 0])
-        seen_px = np.asarray(seen_px, dtype=float)[:, None]
+        seen_px = np.asarray(seen_px, float)[:, None]
         return cv2.undistortPoints(seen_px, camera, bend, P=camera, criteria=ends)[:, 0].astype(float)
 
 
@@ -180,7 +180,7 @@ def fit_view(seen_px: Floats, true_mm: Floats, start: View) -> View:
 
 
 def _inverse(matrix: NDArray[Any]) -> Floats:
-    return np.asarray(np.linalg.inv(matrix), dtype=float)
+    return np.asarray(np.linalg.inv(matrix), float)
 
 
 def find_tilt(

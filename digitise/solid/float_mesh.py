@@ -39,7 +39,7 @@ def tidy(body: Manifold) -> tuple[Floats, Integers]:
 def arrays_of(body: Manifold) -> tuple[Floats, Integers]:
     """Return the vertices, (v, 3), and faces, (f, 3), of a body."""
     mesh = body.to_mesh64()
-    return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
+    return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, np.int64)
 
 
 def welded(vertices: Floats, faces: Integers, digits: int) -> tuple[Floats, Integers, Integers]:
@@ -64,7 +64,7 @@ def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers
 
 def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
     """Collapse edges shorter than a limit to one of their ends, unless this changes topology or shape."""
-    edges, faces, present = _edges_below(vertices, faces, limit_mm), faces.copy(), np.ones(len(faces), dtype=bool)
+    edges, faces, present = _edges_below(vertices, faces, limit_mm), faces.copy(), np.ones(len(faces), bool)
     users: defaultdict[int, set[int]] = defaultdict(set)
     for row in np.flatnonzero(np.isin(faces, edges).any(axis=1)).tolist():
         for vertex in faces[row].tolist():

@@ -246,7 +246,7 @@ def _result(
     def brim_mm3(unknown: Floats) -> float:
         return float(walls.volume_mm3(np.zeros(1), unknown)[0])
 
-    middle_mm3, gradient = brim_mm3(off), np.asarray(approx_fprime(off, brim_mm3, 1e-6), dtype=float)
+    middle_mm3, gradient = brim_mm3(off), np.asarray(approx_fprime(off, brim_mm3, 1e-6), float)
     half_mm3 = NORMAL_95 * float(np.linalg.norm(gradient @ fit.root))
     degrees = INWARD.get(shape.tilt, 0.0) * np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4))
     steps = np.array([1.0, degrees, 1.0])[:, None] * fit.root

@@ -41,7 +41,7 @@ class HasSummary:
 def _finite(value: Any) -> Floats:
     """Return a list as an array. Raises ValueError if it is not a list of finite numbers."""
     try:
-        numbers = np.array(value, dtype=float)
+        numbers = np.array(value, float)
     except TypeError:
         raise ValueError("should be a list of numbers") from None
     if numbers.ndim == 0 or not np.isfinite(numbers).all():

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, ValidationError
 from pydantic_core import ErrorDetails
 
 from sealtwin.core.errors import InputError, as_text
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.settings_text import text_of_table
 
@@ -329,7 +329,7 @@ class Likely(NamedTuple):
         return [doubt(f"setting.{name}", text, value, self.unit)]
 
 
-def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[Fact, ...]:
+def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> Facts:
     """Return a warning for each setting outside its usual range.
 
     Without ``width_mm``, the crack's mean width, settings whose range depends on it are not checked.

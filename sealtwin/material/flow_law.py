@@ -54,7 +54,7 @@ class FlowLaw:
         return 100 * self.viscous_pa.error / self.viscous_pa.value if self.viscous_pa.value > 0 else np.inf
 
     def stress_pa(self, rate_per_s: Floats | float) -> Floats:
-        rate = np.asarray(rate_per_s, dtype=float)
+        rate = np.asarray(rate_per_s, float)
         return self.yield_stress_pa.value + self.consistency_pa_s_n.value * rate**self.flow_index.value
 
 

@@ -96,7 +96,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     frame_s = trajectory.duration_s / frames
     ends_s = trajectory.t_s[0] + frame_s * np.arange(1, frames + 1)
     wanted = np.interp(ends_s, trajectory.t_s, asked_mm3) / asked_mm3[-1] * particles
-    released = np.zeros(frames, dtype=np.int64)
+    released = np.zeros(frames, np.int64)
     out = 0
     for frame in range(frames):
         # Because of the tolerance, rounding errors do not start a release.

@@ -128,9 +128,9 @@ def _chosen(points: Floats, apart: float) -> Floats:
     """Choose points greedily in their order, each at least ``apart`` from all points chosen before."""
     count = len(points)
     pairs = KDTree(points).query_pairs(apart, output_type="ndarray")
-    earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
-    undecided = np.ones(count, dtype=np.int32)
-    chosen = np.zeros(count, dtype=np.int32)
+    earlier = csr_array((np.ones(len(pairs), np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
+    undecided = np.ones(count, np.int32)
+    chosen = np.zeros(count, np.int32)
     while undecided.any():
         chosen[(undecided > 0) & (earlier @ undecided == 0)] = 1
         undecided[(chosen > 0) | (earlier @ chosen > 0)] = 0

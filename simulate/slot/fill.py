@@ -254,7 +254,7 @@ class _Bed:
             coupled = share * self._weight / sections.step_mm * stiff
             width_mm[:-1] += coupled
             width_mm[1:] += coupled
-            change_mm = np.asarray(dptsv(width_mm, -coupled, -left_mm2)[2], dtype=float)
+            change_mm = np.asarray(dptsv(width_mm, -coupled, -left_mm2)[2], float)
             before, there_mm = float(left_mm2 @ change_mm), height_mm
             for _ in range(MAX_HALVED):
                 there_mm = height_mm + change_mm

@@ -79,7 +79,7 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
         position_mm=none,
         velocity_mm_s=none,
         age_s=none[:, 0],
-        spilled=np.zeros(0, dtype=bool),
+        spilled=np.zeros(0, bool),
         radius_mm=solver.size_mm,
         particle_volume_mm3=particle_volume(solver.size_mm),
         escaped_particles=0,

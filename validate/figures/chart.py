@@ -61,7 +61,7 @@ class Axis:
 
     def spaced(self, values: Floats) -> Floats:
         """Return the positions of values on the axis, (n,). On a logarithmic axis these are the logarithms."""
-        return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
+        return np.log10(values) if self.logarithmic else np.asarray(values, float)
 
     def text_of(self, values: Floats | float) -> str:
         """Return a value or a range of values as text, for example "D = 0.3 cm" or "D from 0.03 to 0.3 cm"."""

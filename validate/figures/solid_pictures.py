@@ -172,7 +172,7 @@ def render(
         front = nearness == nearest[sample]
         owner[sample[front]] = part[facet[front]]
     # The last row is the colour of samples that no facet covers.
-    colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
+    colour = np.zeros((len(faces) + 1, 4), np.float32)
     colour[:-1, :3] = face_colour * shade[:, None]
     colour[:-1, 3] = 1.0
     samples = colour[owner].reshape(height, width, 4)

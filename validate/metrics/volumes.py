@@ -243,7 +243,7 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
         covered = raster.areas(cut.to_polygons())
         cells.append(np.flatnonzero(covered > MIN_SHARE))
         shares.append(covered[cells[-1]])
-    inside = np.zeros(raster.shape, dtype=bool)
+    inside = np.zeros(raster.shape, bool)
     inside.ravel()[np.concatenate(cells)] = True
     s_mm = _arc_lengths_mm(outline, raster, inside)
     count = max(int(np.ceil(outline.length_mm / raster.cell_mm)), 2)
@@ -283,7 +283,7 @@ def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Fl
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
     main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > MIN_SHARE) & inside.ravel())
     main_mm = arc_length_at(raster.middles_mm(main), outline.centreline_mm).clip(0.0, outline.length_mm)
-    nearest = np.zeros(inside.shape, dtype=np.int32)
+    nearest = np.zeros(inside.shape, np.int32)
     nearest.ravel()[main] = np.arange(1, len(main) + 1)
     nearest = watershed(np.zeros(inside.shape, np.uint8), nearest, connectivity=2, mask=inside)
     return np.append(-1.0, main_mm)[nearest.ravel()]
