@@ -216,5 +216,5 @@ def compared_lines(content: dict[str, Any], page: "Page") -> list[str]:
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     for name, values in content["differing"].items():
-        lines.append(f"{name}: {'; '.join(map(setting_words, values))}")
+        lines.append(f"{name}: {'; '.join(setting_words(value) for value in values)}")
     return [*page.cautions, page.finding, *lines, f"Page: {content['page']}"]

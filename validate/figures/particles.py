@@ -1,6 +1,7 @@
 """Draw sealant in a sample: discs to scale, colour scales, and views along the crack, from above and across."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,11 +89,13 @@ def add_bar(figure: Figure, scale: ColourScale, axes: Axes | Sequence[Axes], **l
         bar.long_axis.set_major_formatter("{x:g}")
 
 
+@dataclass(eq=False)
 class Views:
     """Views of particles in a sample. Positions are (n, 3), and the values shown as colours are (n,)."""
 
-    def __init__(self, outline: Outline, solid: Solid, radius_mm: float) -> None:
-        self.outline, self.solid, self.radius_mm = outline, solid, radius_mm
+    outline: Outline
+    solid: Solid
+    radius_mm: float
 
     def draw_along(self, axes: Axes, position_mm: Floats, value: Floats, scale: ColourScale) -> None:
         """Draw the section along the crack. Particles nearest to the centreline are drawn last, over the others.
