@@ -8,7 +8,7 @@ from scipy.interpolate import splev, splprep
 from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.core.arc_length import arc_length, arc_length_at, at_arc_length
-from sealtwin.core.arrays import midpoints, rms
+from sealtwin.core.arrays import lengths, midpoints, rms
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
@@ -67,7 +67,7 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
     _, off_mm = _beside(outline, points_mm)
     turn_deg = turns_deg(points_mm)
     sines = np.sin(np.radians(turn_deg))
-    chords_mm = np.linalg.norm(points_mm[2:] - points_mm[:-2], axis=1)
+    chords_mm = lengths(points_mm[2:] - points_mm[:-2])
     # Radius of the circle through three consecutive waypoints.
     smallest_mm = float((chords_mm / (2 * np.maximum(sines, ROUNDING))).min(initial=np.inf))
     moving = trajectory.speed_mm_s[:-1]
@@ -183,7 +183,7 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
 def _beside(outline: Outline, points_mm: Floats) -> tuple[Floats, Floats]:
     """Return the arc length of the centreline's point nearest to each point, and its distance from it, (n,) each."""
     s_mm = arc_length_at(points_mm, outline.centreline_mm)
-    return s_mm, np.linalg.norm(points_mm - at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), axis=1)
+    return s_mm, lengths(points_mm - at_arc_length(outline.centreline_mm, outline.s_mm, s_mm))
 
 
 def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:

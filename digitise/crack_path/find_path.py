@@ -20,9 +20,9 @@ from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
 from digitise.settings import MAX_RANKED, Clicks, PixelPair
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import Floats, Integers, lengths
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt, texts
-from sealtwin.core.records import Floats, Integers
 
 # A path strays from the chosen line if more than this fraction of its length is more than this many cells away
 FOLLOWS_CELLS, MAX_ASTRAY = 5.0, 0.2
@@ -219,7 +219,7 @@ class LiveWire:
         cells, searched = np.rint(self.field.to_cells(points_px)[:, ::-1]), self._nearest_cells(points_px)
         for number in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
             searched[number] = allowed[nearest_cell(allowed, cells[number])]
-        moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
+        moved_px = lengths(searched - cells) / self.field.scale
         farthest = moved_px.argmax()
         if moved_px[farthest] > self._snap_px:
             raise InputError(

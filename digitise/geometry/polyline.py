@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from sealtwin.core.arc_length import arc_length, at_arc_length
-from sealtwin.core.arrays import counted_up, cross
+from sealtwin.core.arrays import counted_up, cross, lengths
 from sealtwin.core.records import Booleans, Floats, Integers
 from sealtwin.core.solid_figures import Box
 
@@ -172,7 +172,7 @@ def clipped_to_box(ring: Floats, box: Box) -> Floats:
 
 def without_repeats(ring: Floats, closer_than: float) -> Floats:
     """Return a ring without points whose distance from the point before them is at most ``closer_than``."""
-    step = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    step = lengths(ring - np.roll(ring, 1, axis=0))
     return ring[step > closer_than]
 
 

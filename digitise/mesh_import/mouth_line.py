@@ -33,7 +33,7 @@ from digitise.geometry.polyline import (
 from digitise.mesh_import.cavity import seen_from_above, strip_width_mm
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length, at_arc_length
-from sealtwin.core.arrays import cross, midpoints
+from sealtwin.core.arrays import cross, lengths, midpoints
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Integers, Outline, PathSource
@@ -146,7 +146,7 @@ def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Flo
     if not arms_mm:
         return (), ()
     away_mm, feet = map(np.asarray, KDTree(centre_mm).query([lips_mm for lips_mm, _ in arms_mm]))
-    reach_mm = away_mm + np.linalg.norm(np.diff(arms_mm, axis=1)[:, 0], axis=1)
+    reach_mm = away_mm + lengths(np.diff(arms_mm, axis=1)[:, 0])
     warning = (
         f"the path does not follow the side arms ({len(feet)}, up to {reach_mm.max():.0f} mm long; the longest at s = "
         f"{arc_length(centre_mm)[feet[reach_mm.argmax()]]:.0f} mm). The cavity includes them, and their sealant is "
@@ -212,7 +212,7 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
         if depth_mm > (DEEP if unit(before_mm) @ unit(after_mm) > 0.5 else DEEP_AT_BEND) * mouth_mm:
             main[begin:end] = False
             lips_mm = room_mm[[0, -1]].mean(axis=0)
-            arms.append(np.array([lips_mm, room_mm[np.linalg.norm(room_mm - lips_mm, axis=1).argmax()]]))
+            arms.append(np.array([lips_mm, room_mm[lengths(room_mm - lips_mm).argmax()]]))
     return rim_mm[main], arms
 
 

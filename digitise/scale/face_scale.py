@@ -13,7 +13,7 @@ from digitise.image.decoding import Pixels
 from digitise.image.raster import Map, sampled
 from digitise.scale.view import MIDDLE, Scale, fit_corners, places_px
 from digitise.settings import PhotoInput
-from sealtwin.core.arrays import Floats, rms
+from sealtwin.core.arrays import Floats, lengths, rms
 from sealtwin.core.errors import InputError
 
 # Largest logarithm of the ratio of the corners' aspect to that of face_mm, for a camera 60 degrees off; a wrong order
@@ -84,7 +84,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
 
 def side_lengths(corners: Floats) -> Floats:
     """Return the lengths of the sides of a ring with n corners, (n,). Side i begins at corner i."""
-    return np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    return lengths(np.roll(corners, -1, axis=0) - corners)
 
 
 def _aspect(corners_px: Floats) -> float:
@@ -147,7 +147,7 @@ def edge_line(foot: Floats, outward: Floats, across_px: Floats) -> tuple[Floats,
     Points that are off by more than three median distances and ``STRAY_PX`` are left out. Returns a point and a
     direction, (2, 2), and the distances of the other points from the line.
     """
-    along = np.linalg.norm(foot - foot[0], axis=1)
+    along = lengths(foot - foot[0])
     slope, level = 0.0, np.median(across_px)
     near = np.ones(len(along), bool)
     for _ in range(5):

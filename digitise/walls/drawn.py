@@ -15,8 +15,8 @@ from digitise.image.raster import Mask, draw_line, filled_polygon, sampled, wind
 from digitise.photo import Photo
 from digitise.settings import PhotoInput
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import Booleans, Floats, lengths
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Booleans, Floats
 
 # Constants of drawn lines. "widths" are widths of the path.
 #
@@ -57,7 +57,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     for line in _lines(photo, path, settings, width_px):
         low, window = window_around(line.place_px, max(REACH * width_px, REACH_PX), photo.size_px)
         line_px, foot = line.place_px - low, line.foot_px - low
-        outward = (line_px - foot) / np.maximum(np.linalg.norm(line_px - foot, axis=1), 1.0)[:, None]
+        outward = (line_px - foot) / np.maximum(lengths(line_px - foot), 1.0)[:, None]
         beyond_px = line_px + width_px * outward
         for marked, other, beside_px in ((crack, ground, foot), (ground, crack, beyond_px)):
             area = _between(light[window].shape, line_px, beside_px)

@@ -16,8 +16,8 @@ from digitise.image.raster import Mask, blurred, draw_line
 from digitise.photo import EDGE_PX, Photo, in_copy, smaller
 from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
 from sealtwin.core.arc_length import arc_length, at_arc_length
+from sealtwin.core.arrays import Booleans, Floats, lengths
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Booleans, Floats
 from sealtwin.core.solid_figures import EndKind, Span
 
 STEP_PX = 0.25  # Spacing of samples along the line at a tip
@@ -146,7 +146,7 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
         if edge_px.min() <= 2 * EDGE_PX:
             return PathEnd("open", end_px, ahead)
     away_px = reached_px - end_px
-    goes_on = np.linalg.norm(away_px, axis=1).max() > GOES_ON * width_px
+    goes_on = lengths(away_px).max() > GOES_ON * width_px
     if goes_on or photo.depth_px(reached_px).min() <= 1:
         return PathEnd("cut", end_px, ahead)
     # The tip is the farthest dark pixel ahead, or the middle of a blunt end.
@@ -164,14 +164,14 @@ def _dark_ahead_px(
     dark_px = np.column_stack([columns, rows]).astype(float) + patch.offset_px
     away_px = dark_px - end_px
     # A strip behind the end is included, so that a bright speck on the end does not separate it from the crack.
-    near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= LOOK_AHEAD * width_px)
+    near = (away_px @ ahead > -0.5 * width_px) & (lengths(away_px) <= LOOK_AHEAD * width_px)
     near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
     crack = np.zeros(patch.soft.shape, bool)
     crack[rows[near], columns[near]] = True
     label = pieces(crack)[0][rows[near], columns[near]]
     if len(label) == 0:
         return dark_px[near]
-    return dark_px[near][label == label[np.argmin(np.linalg.norm(away_px[near], axis=1))]]
+    return dark_px[near][label == label[np.argmin(lengths(away_px[near]))]]
 
 
 MAX_BEYOND = 0.05  # Fraction of the traced length by which a crack may continue without a warning
@@ -232,4 +232,4 @@ def _farthest(dark: Mask, end: Floats, ahead: Floats, width: float) -> float:
     if not near.any():
         return 0.0
     start = np.flatnonzero(near)[np.argmax(away[near] @ ahead)]
-    return float(np.linalg.norm(away[number == number[start]], axis=1).max())
+    return float(lengths(away[number == number[start]]).max())

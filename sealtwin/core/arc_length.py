@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from sealtwin.core.arrays import Floats
+from sealtwin.core.arrays import Floats, lengths
 
 STRETCH = 8  # Number of consecutive segments that are searched together; it affects only the speed
 
 
 def step_lengths(points: Floats) -> Floats:
     """Return the distance of each point from the next one, (n - 1,)."""
-    return np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return lengths(np.diff(points, axis=0))
 
 
 def arc_length(points_mm: Floats) -> Floats:

@@ -69,6 +69,11 @@ def normals(corners: Floats) -> Floats:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
+def lengths(vectors: Floats) -> Floats:
+    """Return the length of each row, (n,)."""
+    return np.linalg.norm(vectors, axis=1)
+
+
 def unit(vectors: Floats) -> Floats:
     """Return the rows of ``vectors``, (n, d), scaled to unit length. A zero vector remains zero."""
     size = np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -28,6 +28,7 @@ from sealtwin.core.arrays import (
     Integers,
     Numbers,
     Points,
+    lengths,
     require_as_long,
     unit,
 )
@@ -201,7 +202,7 @@ class Outline(HasSummary):
         mean is used from the end to the nearest point at which the walls face each other.
         """
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
-        width_mm = np.linalg.norm(across_mm, axis=1)
+        width_mm = lengths(across_mm)
         # A centreline made by hand may reverse at a point. No direction is perpendicular to it there.
         ahead = unit(np.gradient(self.centreline_mm, axis=0))
         square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])

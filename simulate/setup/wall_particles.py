@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
-from sealtwin.core.arrays import normals
+from sealtwin.core.arrays import lengths, normals
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, build_barrier
@@ -151,7 +151,7 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
     ``spacing_mm`` is the spacing of the lattice. Triangles without an area get no point.
     """
     normal = normals(triangles_mm)
-    length = np.linalg.norm(normal, axis=1)
+    length = lengths(normal)
     face = np.flatnonzero(length > 0)
     unit = normal[face] / length[face, None]
     axes = _axes(unit)
@@ -183,7 +183,7 @@ def _axes(normal: Floats) -> Floats:
     along = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
     level = np.abs(normal[:, 2]) > LEVEL
     along[level] = np.array([1.0, 0.0, 0.0]) - normal[level, :1] * normal[level]
-    along /= np.linalg.norm(along, axis=1)[:, None]
+    along /= lengths(along)[:, None]
     across = np.cross(normal, along)
     cosine, sine = np.cos(TURN), np.sin(TURN)
     return np.stack([cosine * along + sine * across, cosine * across - sine * along], axis=1)
