@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import Field, Tag, model_validator
+from pydantic import Field, Tag
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
@@ -47,14 +47,12 @@ class PathTable(Settings):
     flow_mm3_s: Column
     """Flow on the way from this row's position to the next row's position."""
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check(self) -> None:
         columns = dict(self)
         if len(set(map(len, columns.values()))) > 1:
             raise ValueError("its columns differ in length: give a number for every column in every row")
         if fault := _first_fault(columns):
             raise ValueError(f"row {fault[0] + 1}: {fault[1]}")
-        return self
 
     @property
     def place_mm(self) -> Floats:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
@@ -115,12 +115,10 @@ class MarkerBoard(Settings):
     than half. If this length is not given and the photo shows no edges of a face of known size, the scale's uncertainty
     includes 2 %."""
 
-    @model_validator(mode="after")
-    def _each_once(self) -> Self:
+    def _check(self) -> None:
         numbers = [marker.id for marker in self.markers]
         if twice := {number for number in numbers if numbers.count(number) > 1}:
             raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times. List it once")
-        return self
 
 
 class PhotoInput(Settings):
@@ -193,8 +191,7 @@ class PhotoInput(Settings):
         """Rows of arc length and width from width_mm, (k, 2). None if width_mm is not given."""
         return None if self.width_mm is None else by_station(self.width_mm)
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _check(self) -> None:
         if not (self.mm_per_px or self.ruler_px or self.markers or self.face_mm):
             raise PydanticCustomError(NO_SCALE, SCALES)
         for name, needed in NEEDED_BY.items():
@@ -206,7 +203,6 @@ class PhotoInput(Settings):
                     raise ValueError(f"{name} cannot be combined with {other}: give only one of them")
         if self.width_stations_mm is not None:
             require_order("width_mm", self.width_stations_mm)
-        return self
 
 
 class CrackShape(Settings):
@@ -268,8 +264,7 @@ class CrackShape(Settings):
         """Return the depth at each arc length along the centreline, (n,)."""
         return np.interp(s_mm, *by_station(self.depth_mm).T)
 
-    @model_validator(mode="after")
-    def _depths_and_angles_together(self) -> Self:
+    def _check(self) -> None:
         require_order("depth_mm", by_station(self.depth_mm))
         if (self.scan is None) != (self.placement is None):
             raise ValueError("scan and the table [crack.placement] with its unit belong together: give both or none")
@@ -286,7 +281,6 @@ class CrackShape(Settings):
                 f'wall_angle_deg is [{left_deg:g}, {right_deg:g}], but tilt = "lean" has a single angle. Give one '
                 "number, or choose flare, funnel or undercut"
             )
-        return self
 
 
 class MeshInput(Settings):
@@ -384,29 +378,24 @@ class NozzlePath(Settings):
             return self
         return self.model_copy(update={"plan": read_planned_path(folder / self.plan)})
 
-    @model_validator(mode="after")
-    def _plan_alone(self) -> Self:
-        if self.plan is not None:
-            fields = type(self).model_fields
-            beside = [name for name, value in self if name != "plan" and value != fields[name].default]
-            if beside:
-                raise ValueError(f"plan gives path, speed and flow. Leave out {', '.join(beside)}")
-        return self
-
     @property
     def trims_mm(self) -> tuple[float, float]:
         """Trims at s = 0 and at the far end, in mm."""
         return self.trim_mm if isinstance(self.trim_mm, tuple) else (self.trim_mm, self.trim_mm)
 
-    @model_validator(mode="after")
-    def _possible_volume(self) -> Self:
+    def _check(self) -> None:
+        if self.plan is not None:
+            fields = type(self).model_fields
+            beside = [name for name, value in self if name != "plan" and value != fields[name].default]
+            if beside:
+                raise ValueError(f"plan gives path, speed and flow. Leave out {', '.join(beside)}")
         volume_ml = self.volume_ml if self.weighed is None else self.weighed.volume_ml
         if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
             raise ValueError(
                 f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g} ml. Leave volume_ml out"
             )
         if volume_ml == "cavity":
-            return self
+            return
         if not SMALLEST_VOLUME_ML <= volume_ml <= LARGEST_VOLUME_ML:
             raise ValueError(
                 f"{'volume_ml' if self.weighed is None else 'weighed'} is {volume_ml:.3g} ml. Give "
@@ -420,4 +409,3 @@ class NozzlePath(Settings):
                 f"fill = {self.fill:g} is given with volume_ml = {self.volume_ml:g}, but fill applies only to "
                 'volume_ml = "cavity". Remove fill, or set volume_ml = "cavity"'
             )
-        return self

@@ -7,10 +7,10 @@ last, both are constant.
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import Field, Tag, model_validator
+from pydantic import Field, Tag
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
@@ -54,12 +54,10 @@ class MaterialCurve(Settings):
     yield_stress_pa: Column | None = None
     """Yield stress (Bingham). It is interpolated linearly. Default: 0."""
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check(self) -> None:
         if fault := _first_fault(self.model_dump(exclude_none=True)):
             row, column, problem = fault
             raise ValueError(f"{column}, row {row + 1}: {problem}")
-        return self
 
     @property
     def course(self) -> Course:

@@ -1,8 +1,8 @@
 """Settings of cracks that are given in mm or drawn in CAD, instead of traced in a photo."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, WidthTable, by_station, require_order
 from sealtwin.core.records import DataKind, Floats
@@ -44,10 +44,8 @@ class GivenLine(GivenCrack):
         """Rows of arc length and width in mm, (k, 2)."""
         return by_station(self.width_mm)
 
-    @model_validator(mode="after")
-    def _widths_in_order(self) -> Self:
+    def _check(self) -> None:
         require_order("width_mm", self.widths_mm)
-        return self
 
 
 class GivenWalls(GivenCrack):
@@ -73,13 +71,11 @@ class GivenDrawing(GivenCrack):
     units: Literal["mm", "cm", "m", "inch", "foot"] | None = None
     """Unit of the drawing. It replaces the unit stated in the file and is required if the file states none."""
 
-    @model_validator(mode="after")
-    def _in_a_single_form(self) -> Self:
+    def _check(self) -> None:
         if (self.line is None) != (self.width_mm is None):
             raise ValueError("give both line and width_mm, or neither: a line alone has no width")
         if (self.walls is None) == (self.line is None):
             raise ValueError("give the layers of the two walls, or line with width_mm")
-        return self
 
     @property
     def layers(self) -> tuple[str, ...]:

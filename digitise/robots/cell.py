@@ -5,10 +5,10 @@ The weighings determine which flow to request from the pump so that it delivers 
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import numpy as np
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model
 from scipy.spatial.transform import Rotation
 from scipy.special import stdtrit
 
@@ -178,14 +178,12 @@ class RobotCell(LanguageTables):
             return kind if LANGUAGES[kind].settings else None
         return "plunger" if table.presses_plunger and self.plunger is None else None
 
-    @model_validator(mode="after")
-    def _tables_for_formats(self) -> Self:
+    def _check(self) -> None:
         for kind in self.formats:
             if (table := self.missing_for(kind)) is not None:
                 raise ValueError(
                     f'formats has "{kind}", but there is no [{table}] table. Add that table, or remove "{kind}"'
                 )
-        return self
 
 
 class ProgramOptions(Settings):

@@ -9,11 +9,11 @@ import io
 import re
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import jinja2
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from sealtwin.core.arc_length import step_lengths
@@ -103,13 +103,11 @@ class Urscript(LanguageSettings):
     """Angle of the tool about the nozzle, measured from the robot's x axis. Set it so that a camera or a cable at the
     tool's side does not collide."""
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _check(self) -> None:
         if (self.dispenser == "analog") != (self.full_flow_mm3_s is not None):
             raise ValueError('full_flow_mm3_s and dispenser = "analog" belong together: give both or neither')
         if self.dispenser == "analog" and self.port > 1:
             raise ValueError(f"port is {self.port}, but the standard analog outputs are 0 and 1: give one of these")
-        return self
 
     @property
     def steady(self) -> tuple[str, ...]:

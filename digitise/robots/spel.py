@@ -6,10 +6,10 @@ coordinates, which passes close to evenly spaced points. ``CVMove "name"`` follo
 (.pts) needs a checksum whose formula is not public, so points are assigned in the program.
 """
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from digitise.robots.programs import EVEN_RANGE, Angle, InCell, Language, LanguageSettings, filled
 from sealtwin.core.arc_length import step_lengths
@@ -52,8 +52,7 @@ class Spel(LanguageSettings):
     first_point: int = Field(default=0, ge=0, lt=POINTS)
     """Number of the first point that the program uses. The robot's points from this number on are overwritten."""
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _check(self) -> None:
         if len({self.dispenser == "output", self.output_bit is not None, self.axis_start_mm is None}) > 1:
             raise ValueError(
                 'dispenser = "output" needs output_bit and no axis_start_mm; z, s or t needs axis_start_mm and no '
@@ -64,7 +63,6 @@ class Spel(LanguageSettings):
                 f'dispenser = "{self.dispenser}" cannot be combined with motion = "curve", since a Curve has no '
                 'added axis: give motion = "move"'
             )
-        return self
 
     @property
     def presses_plunger(self) -> bool:

@@ -8,9 +8,9 @@ import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Discriminator, ValidationError
+from pydantic import BaseModel, ConfigDict, Discriminator, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
 from sealtwin.core.errors import InputError, as_text
@@ -56,6 +56,14 @@ class Settings(BaseModel, metaclass=KeywordTables):
         # A quoted number such as "16" is refused as a mistake.
         strict=True,
     )
+
+    def _check(self) -> None:
+        """Raise ValueError if the settings contradict each other. Subclasses override this method."""
+
+    @model_validator(mode="after")
+    def _checked(self) -> Self:
+        self._check()
+        return self
 
     def __repr_args__(self) -> Iterator[tuple[str, Any]]:
         """Yield only the settings that the user gave. The others have their defaults."""
