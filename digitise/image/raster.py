@@ -27,7 +27,7 @@ def blurred_copy(picture: Map, sigma_px: float) -> Map:
     return blurred(shrunk(picture, small), sigma_px / times)
 
 
-def median_of(values: Map) -> float:
+def median_of(values: Map | Floats) -> float:
     """Return the median of the values, or 0 if there are none."""
     return float(np.median(values)) if len(values) else 0.0
 

@@ -69,7 +69,7 @@ def normals(corners: Floats) -> Floats:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
-def lengths(vectors: Floats) -> Floats:
+def lengths(vectors: NDArray[np.number]) -> Floats:
     """Return the length of each row, (n,)."""
     return np.linalg.norm(vectors, axis=1)
 
