@@ -11,6 +11,7 @@ from sealtwin.core.solid_figures import Box
 
 MAX_POINTS = 5000  # Largest number of points of a line in mm, ten times that of a traced line
 Line = Annotated[tuple[tuple[OnFace, OnFace], ...], Field(min_length=2, max_length=MAX_POINTS)]
+DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
 Layer = Annotated[str, Field(min_length=1, max_length=255)]  # Name of a layer of a drawing
 
 
@@ -68,7 +69,7 @@ class GivenDrawing(GivenCrack):
     """Layer with the crack's middle as an open line. It requires ``width_mm``."""
     width_mm: Width | None = None
     """Width of the crack whose middle is ``line``."""
-    units: Literal["mm", "cm", "m", "inch", "foot"] | None = None
+    units: DrawnUnit | None = None
     """Unit of the drawing. It replaces the unit stated in the file and is required if the file states none."""
 
     def _check(self) -> None:

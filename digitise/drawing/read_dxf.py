@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import ezdxf.filemanagement
 import numpy as np
@@ -17,7 +17,7 @@ from ezdxf import edgeminer
 from ezdxf.path import make_path
 from scipy.spatial import KDTree
 
-from digitise.drawing.given import GivenDrawing
+from digitise.drawing.given import DrawnUnit, GivenDrawing
 from digitise.drawing.given_lines import Given, outline_between, outline_of_line, same_way
 from digitise.geometry.polyline import signed_area
 from digitise.mesh_import.import_mesh import MAX_MM
@@ -29,7 +29,6 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline
 
-DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
 MM: dict[DrawnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
 """Accepted units by their code in $INSUNITS. Code 0 means unspecified."""

@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from sealtwin.core.arc_length import arc_length, at_arc_length
-from sealtwin.core.arrays import counted_up, cross, lengths
-from sealtwin.core.records import Booleans, Floats, Integers
+from sealtwin.core.arrays import Booleans, Floats, Integers, counted_up, cross, lengths
 from sealtwin.core.solid_figures import Box
 
 ROWS_PER_PX = 8  # Number of sub-rows of a pixel. With 8, the covered fraction of a pixel at an edge is right to 0.01

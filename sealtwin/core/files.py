@@ -16,10 +16,9 @@ import numpy as np
 from pydantic_core import from_json, to_json
 
 from sealtwin.core import plain_files
-from sealtwin.core.arrays import Pixels
+from sealtwin.core.arrays import Floats, Pixels
 from sealtwin.core.errors import InputError, naming
 from sealtwin.core.plain_files import LARGEST_HASHED_BYTES
-from sealtwin.core.records import Floats
 
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 MISSING = re.compile(r"(?<=,)(?=,|\r?$)|^(?=,)", re.MULTILINE)  # Pattern of an empty field in a CSV
