@@ -1,4 +1,4 @@
-"""Types of the arrays in records, checks of arrays that are read from JSON, and the display of records in notebooks."""
+"""Types of arrays, arithmetic of arrays, checks of arrays that are read from JSON, and records shown in notebooks."""
 
 from collections.abc import Mapping
 from html import escape
