@@ -30,7 +30,7 @@ from digitise.walls.drawn import ByHand, with_drawn
 from digitise.walls.ends import Traced, judge_beyond
 from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
 from digitise.walls.thin_crack import BoxFit, NotFittedError, trace_line, trace_thin
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import SIDES, Floats, Integers, Outline, WallMethod, WallStretch, WidthSource
@@ -146,7 +146,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
 def _is_light(photo: Photo, path: CrackPath) -> bool:
     """Return True if the photo is no darker on a path than on the ground beside it."""
     profiles = profiles_across(photo, path.points_px, path.width_px, 3 * path.width_px + 4)
-    away_px = np.abs(profiles.offset_px)
+    away_px = profiles.away_px
     inside, beside = away_px <= max(path.width_px / 4, 1.0), away_px > path.width_px + 2
     return finite_median(profiles.light[:, inside]) >= finite_median(profiles.light[:, beside])
 
@@ -349,11 +349,11 @@ def _stations(photo: Photo, traced: Traced) -> tuple[list[Floats], Integers]:
     smooth_mm = (polyline.without_loops(polyline.smoothed(wall_mm, sigma)) for wall_mm in walls_mm)
     length_px = (traced.span_mm[1] - traced.span_mm[0]) / (STATION_PX * photo.mm_per_px)
     stations = np.linspace(*traced.span_mm, max(2, 1 + round(length_px)))
-    lines_mm = polyline.at_arc_length(np.hstack([traced.line_mm, *smooth_mm]), s_mm, stations)
+    lines_mm = at_arc_length(np.hstack([traced.line_mm, *smooth_mm]), s_mm, stations)
     centreline_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
     methods = np.zeros((2, len(stations)), int)
     if traced.clear_step is not None:
-        methods[polyline.at_arc_length(traced.clear_step.T.astype(float), s_mm, stations).T < 0.5] = 1
+        methods[at_arc_length(traced.clear_step.T.astype(float), s_mm, stations).T < 0.5] = 1
     tips, opens = ([end for end in (0, -1) if traced.kinds[end] == kind] for kind in ("closed", "open"))
     left_mm[tips] = right_mm[tips] = centreline_mm[tips]  # a tip belongs to both walls
     lines_mm = [centreline_mm, left_mm, right_mm]

@@ -11,7 +11,7 @@ import numpy as np
 
 from digitise.geometry.polyline import depth_inside, rectangle
 from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_mask, read_photo
-from digitise.image.raster import DISPLAY_GAMMA, Mask, filled_polygon, shrunk
+from digitise.image.raster import DISPLAY_GAMMA, Mask, Size, filled_polygon, shrunk
 from digitise.scale.face_scale import scale_by_face, side_lengths
 from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View
@@ -40,12 +40,12 @@ class Photo(Pixels, Scale):
     """Pixels of a photo with their scale."""
 
     def to_mm(self, points_px: Floats) -> Floats:
-        """Map pixels, (n, 2), to points on the face in mm, (n, 2)."""
-        return self.view.to_mm(points_px)
+        """Map pixels, (..., 2), to points on the face in mm, (..., 2)."""
+        return self.view.to_mm(points_px.reshape(-1, 2)).reshape(points_px.shape)
 
     def to_px(self, points_mm: Floats) -> Floats:
-        """Map points on the face in mm, (n, 2), to pixels, (n, 2)."""
-        return self.view.to_px(points_mm)
+        """Map points on the face in mm, (..., 2), to pixels, (..., 2)."""
+        return self.view.to_px(points_mm.reshape(-1, 2)).reshape(points_mm.shape)
 
     def in_both_units(self, **lines_mm: Floats) -> dict[str, Any]:
         """Return a dict of lines on the face. A line has two keys: ``<name>_mm``, and ``<name>_px`` in pixels."""
@@ -63,11 +63,6 @@ class Photo(Pixels, Scale):
         names = ("face_mm", "mm_per_px", "scale_source", "scale_residual_mm", "scale_uncertainty", "camera_tilt_deg")
         return {name: getattr(self, name) for name in names} | {"photo_size_px": self.size_px}
 
-    @property
-    def face_px(self) -> Floats | None:
-        """Corners of the face in px, (4, 2): lower left, lower right, upper right, upper left."""
-        return None if self.face_ring_px is None else self.face_ring_px[::RING_POINTS]
-
     @cached_property
     def face_ring_px(self) -> Floats | None:
         """Edge of the face as a ring of points from the lower left corner, in px, (n, 2). A lens bends the edge."""
@@ -79,11 +74,11 @@ class Photo(Pixels, Scale):
 
     def sample_mask(self) -> Mask:
         """Return a mask, (height, width), with 255 on the sample's face except on markers, and 0 elsewhere."""
-        mask = np.full(self.brightness.shape, 255, dtype=np.uint8)
+        mask = np.full(self.brightness.shape, 255, np.uint8)
         if self.face_ring_px is not None:
             mask = filled_polygon(self.brightness.shape, self.face_ring_px)
             disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * EDGE_PX + 1, 2 * EDGE_PX + 1))
-            mask = np.asarray(cv2.erode(mask, disc), dtype=np.uint8)
+            mask = np.asarray(cv2.erode(mask, disc), np.uint8)
         self.blank_markers(mask)
         return mask
 
@@ -148,7 +143,7 @@ def pixels_of(decoded: Decoded, file: Path, drawn: Booleans | None = None) -> Pi
     Raises InputError if the picture is black.
     """
     to_light = ((np.arange(256) / 255) ** DISPLAY_GAMMA).astype(np.float32)
-    light = np.zeros(decoded.image.shape[:2], dtype=np.float32)
+    light = np.zeros(decoded.image.shape[:2], np.float32)
     for channel, weight in enumerate((0.2126, 0.7152, 0.0722)):
         light += cv2.LUT(cv2.extractChannel(decoded.image, channel), weight * to_light)
     if np.percentile(light[::2, ::2], BRIGHT_PART) < to_light[BLACK]:
@@ -162,12 +157,12 @@ def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
     return Photo(**{**vars(pixels), **vars(scale), "warnings": (*pixels.warnings, *scale.warnings)})
 
 
-def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
+def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: Size, file: Path) -> Scale:
     """Return the scale from two points and their distance.
 
     Raises InputError if a point is outside the photo or if the points are too close together.
     """
-    points_px = np.array(ends_px, dtype=float)
+    points_px = np.array(ends_px, float)
     length_px = float(np.linalg.norm(points_px[1] - points_px[0]))
     inside = np.all(depth_inside(points_px, (-0.5, -0.5, size_px[0] - 0.5, size_px[1] - 0.5)) >= 0)
     if not inside or length_px < SHORTEST_RULER_PX:
@@ -186,7 +181,7 @@ def scale_by_ruler(ends_px: PixelPair, length_mm: float, size_px: tuple[int, int
     )
 
 
-def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Scale:
+def given_scale(mm_per_px: float, assumed: bool, size_px: Size) -> Scale:
     """Return a scale of unknown uncertainty for a view square to the face. The origin is the lower left pixel."""
     return Scale(
         view=View(np.array([[mm_per_px, 0, 0], [0, -mm_per_px, mm_per_px * (size_px[1] - 1)], [0, 0, 1.0]])),

@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, Tag
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats, Trajectory
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import ByForm, Settings
 
 BOUNDS = {
     "t_s": (0.0, 1e5),
@@ -47,14 +47,12 @@ class PathTable(Settings):
     flow_mm3_s: Column
     """Flow on the way from this row's position to the next row's position."""
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check(self) -> None:
         columns = dict(self)
         if len(set(map(len, columns.values()))) > 1:
             raise ValueError("its columns differ in length: give a number for every column in every row")
         if fault := _first_fault(columns):
             raise ValueError(f"row {fault[0] + 1}: {fault[1]}")
-        return self
 
     @property
     def place_mm(self) -> Floats:
@@ -121,8 +119,5 @@ def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str] | No
     return None
 
 
-PlanOrFile = Annotated[
-    Annotated[Path, Tag("one")] | Annotated[PathTable, Tag("several")],
-    Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several"),
-]
+PlanOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[PathTable, Tag("several")], ByForm]
 """A planned path: its columns, or the name of a file that contains them."""

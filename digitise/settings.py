@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
@@ -17,6 +17,7 @@ from sealtwin.scan.settings import Placement
 InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a point in or beside a photo
 Pixel = tuple[InPhoto, InPhoto]
 PixelPair = tuple[Pixel, Pixel]
+Clicks = tuple[Pixel, ...]  # Points that a user clicks
 # Largest photo or mesh file: 50 million uncompressed pixels with transparency, plus 25 %
 LARGEST_FILE_BYTES = 250_000_000
 OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the face in mm, up to ten metres
@@ -53,7 +54,7 @@ MeshUnit = Literal["mm", "cm", "m", "inch"]
 MAX_WALLS, MAX_WALL_POINTS = 50, 200
 NO_SCALE = "no_scale"  # Error type of a photo without a scale
 SCALES = "no scale: give [photo.markers], face_mm with face_corners_px, ruler_px or mm_per_px"
-Region = Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MAX_WALL_POINTS)]
+Region = Annotated[Clicks, Field(min_length=2, max_length=MAX_WALL_POINTS)]
 Walls = Annotated[tuple[Region, ...], Field(max_length=MAX_WALLS)]
 NEEDED_BY = {"ruler_px": "ruler_mm", "ruler_mm": "ruler_px", "face_corners_px": "face_mm", "via_px": "ends_px"}
 NOT_BESIDE = {
@@ -70,7 +71,7 @@ MAX_VIA = 50  # Largest number of via points. If more are needed, a painted mask
 
 def by_station(value: float | DepthTable) -> Floats:
     """Return a table of arc lengths and values along the crack, (k, 2), from one number or from rows."""
-    return np.array(value if isinstance(value, tuple) else [(0.0, value)], dtype=float)
+    return np.array(value if isinstance(value, tuple) else [(0.0, value)], float)
 
 
 def require_order(name: str, stations_mm: Floats) -> None:
@@ -114,12 +115,10 @@ class MarkerBoard(Settings):
     than half. If this length is not given and the photo shows no edges of a face of known size, the scale's uncertainty
     includes 2 %."""
 
-    @model_validator(mode="after")
-    def _each_once(self) -> Self:
+    def _check(self) -> None:
         numbers = [marker.id for marker in self.markers]
         if twice := {number for number in numbers if numbers.count(number) > 1}:
             raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times. List it once")
-        return self
 
 
 class PhotoInput(Settings):
@@ -136,7 +135,7 @@ class PhotoInput(Settings):
     crack: int | None = Field(default=None, ge=1, le=MAX_RANKED)
     """Number of the crack in the list that the search makes, best crack first. refused.png shows these numbers. Only
     without ends_px."""
-    via_px: tuple[Pixel, ...] = Field(default=(), max_length=MAX_VIA)
+    via_px: Clicks = Field(default=(), max_length=MAX_VIA)
     """Points on the crack between its ends, in order. They are needed if the crack forks or a darker crack is near."""
     roi_px: Region | None = None
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
@@ -183,7 +182,7 @@ class PhotoInput(Settings):
     """Origin of mm_per_px. If the scale is assumed, reports say so with every length."""
 
     @property
-    def hints(self) -> tuple[PixelPair | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
+    def hints(self) -> tuple[PixelPair | None, Clicks, Clicks | None, int | None]:
         """Ends, via points, region and number of the crack, which are the arguments of ``find_path``."""
         return self.ends_px, self.via_px, self.roi_px, self.crack
 
@@ -192,8 +191,7 @@ class PhotoInput(Settings):
         """Rows of arc length and width from width_mm, (k, 2). None if width_mm is not given."""
         return None if self.width_mm is None else by_station(self.width_mm)
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _check(self) -> None:
         if not (self.mm_per_px or self.ruler_px or self.markers or self.face_mm):
             raise PydanticCustomError(NO_SCALE, SCALES)
         for name, needed in NEEDED_BY.items():
@@ -205,7 +203,6 @@ class PhotoInput(Settings):
                     raise ValueError(f"{name} cannot be combined with {other}: give only one of them")
         if self.width_stations_mm is not None:
             require_order("width_mm", self.width_stations_mm)
-        return self
 
 
 class CrackShape(Settings):
@@ -267,8 +264,7 @@ class CrackShape(Settings):
         """Return the depth at each arc length along the centreline, (n,)."""
         return np.interp(s_mm, *by_station(self.depth_mm).T)
 
-    @model_validator(mode="after")
-    def _depths_and_angles_together(self) -> Self:
+    def _check(self) -> None:
         require_order("depth_mm", by_station(self.depth_mm))
         if (self.scan is None) != (self.placement is None):
             raise ValueError("scan and the table [crack.placement] with its unit belong together: give both or none")
@@ -285,7 +281,6 @@ class CrackShape(Settings):
                 f'wall_angle_deg is [{left_deg:g}, {right_deg:g}], but tilt = "lean" has a single angle. Give one '
                 "number, or choose flare, funnel or undercut"
             )
-        return self
 
 
 class MeshInput(Settings):
@@ -383,29 +378,24 @@ class NozzlePath(Settings):
             return self
         return self.model_copy(update={"plan": read_planned_path(folder / self.plan)})
 
-    @model_validator(mode="after")
-    def _plan_alone(self) -> Self:
-        if self.plan is not None:
-            fields = type(self).model_fields
-            beside = [name for name, value in self if name != "plan" and value != fields[name].default]
-            if beside:
-                raise ValueError(f"plan gives path, speed and flow. Leave out {', '.join(beside)}")
-        return self
-
     @property
     def trims_mm(self) -> tuple[float, float]:
         """Trims at s = 0 and at the far end, in mm."""
         return self.trim_mm if isinstance(self.trim_mm, tuple) else (self.trim_mm, self.trim_mm)
 
-    @model_validator(mode="after")
-    def _possible_volume(self) -> Self:
+    def _check(self) -> None:
+        if self.plan is not None:
+            fields = type(self).model_fields
+            beside = [name for name, value in self if name != "plan" and value != fields[name].default]
+            if beside:
+                raise ValueError(f"plan gives path, speed and flow. Leave out {', '.join(beside)}")
         volume_ml = self.volume_ml if self.weighed is None else self.weighed.volume_ml
         if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
             raise ValueError(
                 f"volume_ml cannot be combined with weighed, which gives {volume_ml:.4g} ml. Leave volume_ml out"
             )
         if volume_ml == "cavity":
-            return self
+            return
         if not SMALLEST_VOLUME_ML <= volume_ml <= LARGEST_VOLUME_ML:
             raise ValueError(
                 f"{'volume_ml' if self.weighed is None else 'weighed'} is {volume_ml:.3g} ml. Give "
@@ -419,4 +409,3 @@ class NozzlePath(Settings):
                 f"fill = {self.fill:g} is given with volume_ml = {self.volume_ml:g}, but fill applies only to "
                 'volume_ml = "cavity". Remove fill, or set volume_ml = "cavity"'
             )
-        return self

@@ -14,9 +14,9 @@ from digitise.image.raster import Map, blurred, continued, sampled
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import Booleans, Floats, lengths
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts
-from sealtwin.core.records import Booleans, Floats
 
 POINTS = 360  # Number of points of an outline
 REACH = 0.06  # Distance from the edge at which the light beside it is measured, as a fraction of half the paste's width
@@ -45,7 +45,7 @@ def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
     outline_mm = photo.to_mm(outline_px)
     moments = cv2.moments(outline_mm.astype(np.float32))
     middle_mm = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
-    away_mm, radius_mm = np.linalg.norm(outline_mm - middle_mm, axis=1), float(np.sqrt(moments["m00"] / np.pi))
+    away_mm, radius_mm = lengths(outline_mm - middle_mm), float(np.sqrt(moments["m00"] / np.pi))
     unround = float(away_mm.std() / away_mm.mean())
     if unround > MAX_UNROUND:
         raise InputError(
@@ -85,7 +85,7 @@ def _opening(photo: Photo) -> Booleans:
     x_min, y_min, x_max, y_max = present(photo.face_mm, "the face of a marker sheet")
     box = x_min + margin_mm, y_min + margin_mm, x_max - margin_mm, y_max - margin_mm
     ring = np.round(photo.to_px(rectangle(box))).astype(np.int32)
-    inside = cv2.fillPoly(np.zeros(photo.brightness.shape, dtype=np.uint8), [ring], 1) > 0
+    inside = cv2.fillPoly(np.zeros(photo.brightness.shape, np.uint8), [ring], 1) > 0
     if inside.sum() < (2 * MIN_HALF_PX) ** 2:
         raise InputError(
             f"{photo.file}: the field between the markers is too small in the photo. Move the camera closer."

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import splev, splprep
 
-from digitise.geometry.polyline import at_arc_length
 from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
-from sealtwin.core.arc_length import arc_length, arc_length_at
+from sealtwin.core.arc_length import arc_length, arc_length_at, at_arc_length
+from sealtwin.core.arrays import lengths, midpoints, rms
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
@@ -67,7 +67,7 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
     _, off_mm = _beside(outline, points_mm)
     turn_deg = turns_deg(points_mm)
     sines = np.sin(np.radians(turn_deg))
-    chords_mm = np.linalg.norm(points_mm[2:] - points_mm[:-2], axis=1)
+    chords_mm = lengths(points_mm[2:] - points_mm[:-2])
     # Radius of the circle through three consecutive waypoints.
     smallest_mm = float((chords_mm / (2 * np.maximum(sines, ROUNDING))).min(initial=np.inf))
     moving = trajectory.speed_mm_s[:-1]
@@ -75,7 +75,7 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
         length_mm=float(arc_length(points_mm)[-1]),
         centreline_mm=float(abs(s_mm[-1] - s_mm[0])),
         smoothing_mm=path.smoothing_mm,
-        off_centreline_rms_mm=float(np.sqrt(np.mean(off_mm**2))),
+        off_centreline_rms_mm=rms(off_mm),
         off_centreline_worst_mm=float(off_mm.max()),
         largest_turn_deg=float(turn_deg.max(initial=0.0)),
         smallest_radius_mm=smallest_mm if smallest_mm <= STRAIGHT_MM else None,
@@ -183,7 +183,7 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
 def _beside(outline: Outline, points_mm: Floats) -> tuple[Floats, Floats]:
     """Return the arc length of the centreline's point nearest to each point, and its distance from it, (n,) each."""
     s_mm = arc_length_at(points_mm, outline.centreline_mm)
-    return s_mm, np.linalg.norm(points_mm - at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), axis=1)
+    return s_mm, lengths(points_mm - at_arc_length(outline.centreline_mm, outline.s_mm, s_mm))
 
 
 def begun_late(trajectory: Trajectory, delay_s: float) -> Trajectory:
@@ -275,7 +275,7 @@ def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Section
         # In a tapering crack, sections change between waypoints. They are therefore integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
-        steps_mm3 = np.diff(grid_mm) * (area_mm2[1:] + area_mm2[:-1]) / 2
+        steps_mm3 = np.diff(grid_mm) * midpoints(area_mm2)
         below_mm3 = np.cumsum(np.append(0.0, steps_mm3))
         share = np.abs(np.diff(np.interp(s_mm, grid_mm, below_mm3)))
         if not share.sum() > 0:

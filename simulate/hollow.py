@@ -70,7 +70,7 @@ def solid_of(body: manifold3d.Manifold, block_mm: tuple[float, float, float, flo
     Its sides and underside are labelled OUTSIDE, its upper face TOP, and all other faces WALL.
     """
     mesh = body.to_mesh()
-    vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, dtype=np.int64)
+    vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, np.int64)
     corner = vertices[faces]
     label = np.full(len(faces), FaceLabel.WALL)
     label[(np.abs(corner[:, :, 2]) < 1e-6).all(axis=1)] = FaceLabel.TOP

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Run, Sample
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
+from sealtwin.core.settings import without_none
 from simulate.device import describe_device, start_warp
 from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.run_statistics import RunStatistics
@@ -247,10 +248,10 @@ class Injection:
             "U": paste.viscous_weight,
             "D_cm": self._d_cm(number),
             "yield_stress_pa": fluid.fresh.yield_stress_pa,
-            **{name: value for name, value in regime._asdict().items() if value is not None},
+            **without_none(regime._asdict()),
         }
 
-    def remarks_on(self, number: int) -> tuple[Fact, ...]:
+    def remarks_on(self, number: int) -> Facts:
         """Return the warnings about a fluid's run that are known before the first frame."""
         remarks = remarks_on(self.pour.each[number], self.schedule, finer=self.finer)
         now = self.engine.substeps

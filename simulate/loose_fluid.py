@@ -178,7 +178,7 @@ def all_at_once(place_mm: Floats, radius_mm: float, frame_s: float | None = None
     return Schedule(
         position_mm=place_mm,
         velocity_mm_s=np.zeros_like(place_mm),
-        frame_of=np.zeros(count, dtype=np.int64),
+        frame_of=np.zeros(count, np.int64),
         released=np.array([count]),
         frame_s=frame_s or substep_s(radius_mm),
         release=count,

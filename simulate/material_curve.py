@@ -7,15 +7,15 @@ last, both are constant.
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, Tag
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats
-from sealtwin.core.settings import Settings, checked
+from sealtwin.core.settings import ByForm, Settings, checked
 
 MAX_ROWS = 1000
 BOUNDS = {
@@ -54,12 +54,10 @@ class MaterialCurve(Settings):
     yield_stress_pa: Column | None = None
     """Yield stress (Bingham). It is interpolated linearly. Default: 0."""
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check(self) -> None:
         if fault := _first_fault(self.model_dump(exclude_none=True)):
             row, column, problem = fault
             raise ValueError(f"{column}, row {row + 1}: {problem}")
-        return self
 
     @property
     def course(self) -> Course:
@@ -67,9 +65,6 @@ class MaterialCurve(Settings):
         return Course(*(np.array(column) for column in (self.age_s, self.viscosity_pa_s, stress_pa)))
 
 
-ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several")
-"""Discriminator of a table that is given by a file's name or by its columns. A validation error refers to the form that
-the user gave."""
 if TYPE_CHECKING:
     # A keyword accepts a file's name or a mapping. The field then has one of the types below.
     CurveOrFile = Any

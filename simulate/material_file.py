@@ -1,9 +1,9 @@
 """A measured paste: the file material.toml with method, date, uncertainties and limits of use."""
 
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind
@@ -72,8 +72,7 @@ class Material(Settings):
         values = {"viscosity_pa_s": self.viscosity_pa_s, "consistency_pa_s_n": self.consistency_pa_s_n}
         return next(((key, value) for key, value in values.items() if value is not None), None)
 
-    @model_validator(mode="after")
-    def _in_order(self) -> Self:
+    def _check(self) -> None:
         low, high = self.yield_stress_95_pa
         if not low <= self.yield_stress_pa <= high:
             raise ValueError(
@@ -88,7 +87,6 @@ class Material(Settings):
                 "viscosity_error_percent is the uncertainty of viscosity_pa_s or consistency_pa_s_n: give it together "
                 "with one of these, or leave both out"
             )
-        return self
 
 
 def read_material(path: Path) -> Material:

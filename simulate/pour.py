@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 from sealtwin.core.records import Sample
 from sealtwin.core.settings import doubts_of
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
@@ -33,7 +33,7 @@ class Pour:
         return [replace(self, fluids=(fluid,)) for fluid in self.fluids]
 
     @property
-    def doubts(self) -> tuple[Fact, ...]:
+    def doubts(self) -> Facts:
         """Warnings about settings of the only fluid, the nozzle and the slope that are outside their likely range."""
         mouth_mm = self.sample.solid.figures.mouth_width_mm or self.sample.outline.mean_width_mm
         return doubts_of(self.fluid, self.nozzle, self.slope, width_mm=max(mouth_mm, MIN_MOUTH_MM))

@@ -120,10 +120,10 @@ def half_side_mm(radius_mm: float, particle_volume_mm3: float) -> float:
 
 def over_cavity(position_mm: Floats, solid: Solid) -> Booleans:
     """Return the mask of particles in or over the cavity, (n,): below the face, or higher but not over the face."""
-    counted = np.ones(len(position_mm), dtype=bool)
+    counted = np.ones(len(position_mm), bool)
     above = np.flatnonzero(position_mm[:, 2] > 0)
     point = position_mm[above, :2]
-    on_face = np.zeros(len(above), dtype=bool)
+    on_face = np.zeros(len(above), bool)
     for triangle in solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]:
         on_face |= in_triangle(triangle, point)
     counted[above] = ~on_face
@@ -149,9 +149,9 @@ class _SideView:
     def surface(self, stations: int) -> tuple[Booleans, Floats]:
         """Return a mask of stations with liquid, and the height of the topmost centres there, (stations,) each."""
         columns = max(int(self.column.max()), self.margin + stations) + self.margin + 1
-        filled = np.zeros((columns, self.row.max() + self.margin + 1), dtype=bool)
+        filled = np.zeros((columns, self.row.max() + self.margin + 1), bool)
         filled[self.column, self.row] = True
-        filled = np.asarray(ndimage.maximum_filter(filled, 2 * self.half + 1), dtype=bool)
+        filled = np.asarray(ndimage.maximum_filter(filled, 2 * self.half + 1), bool)
         top_row = np.array([_longest_run_top(column) for column in _closed(filled, (1, self.gap))])
         covered = _closed(top_row >= 0, (self.gap,))
 
@@ -169,7 +169,7 @@ class _SideView:
 
         A particle is at the top of a run if its box ends there.
         """
-        makes_top = np.zeros(len(self.column), dtype=bool)
+        makes_top = np.zeros(len(self.column), bool)
         for shift in range(-self.half, self.half + 1):
             makes_top |= top_row[self.column + shift] == self.row + self.half
         column, which = np.unique(self.column[makes_top], return_inverse=True)
@@ -179,7 +179,7 @@ class _SideView:
 def _closed(pixels: Booleans, gap: tuple[int, ...]) -> Booleans:
     """Return the pixels with gaps of up to ``gap`` pixels closed, along each axis whose ``gap`` is above 1."""
     structure = np.ones([size + 1 if size > 1 else 1 for size in gap])
-    return np.asarray(ndimage.binary_closing(pixels, structure), dtype=bool)
+    return np.asarray(ndimage.binary_closing(pixels, structure), bool)
 
 
 def _longest_run_top(column: Booleans) -> int:

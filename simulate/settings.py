@@ -9,8 +9,8 @@ from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.run_figures import FAST, Method
-from sealtwin.core.settings import Likely, Settings
-from simulate.material_curve import ByForm, Course, CurveOrFile, read_curve
+from sealtwin.core.settings import ByForm, Likely, Settings
+from simulate.material_curve import Course, CurveOrFile, read_curve
 from simulate.material_file import Material, read_material
 from simulate.shear_law import Law
 
@@ -196,8 +196,7 @@ class Fluid(Settings):
         """True if particles are fixed in place at some age."""
         return self.freeze_after_s != "never"
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check(self) -> None:
         if isinstance(self.material, Material):
             other = [key for key in OF_MATERIAL if getattr(self, key) != getattr(self.material, key)]
             if other:
@@ -215,7 +214,6 @@ class Fluid(Settings):
                 f"yield_stress_most_pa is {self.yield_stress_most_pa:g}, below yield_stress_pa, which is "
                 f"{self.yield_stress_pa:g}: curing only raises the yield stress. Give a larger yield_stress_most_pa"
             )
-        return self
 
     def _check_law(self) -> None:
         """Raise ValueError unless the settings select exactly one law of flow."""
@@ -326,14 +324,12 @@ class Solver(Settings):
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release of sealant and the measurement of the profile. It is 0 in the paper."""
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check(self) -> None:
         if self.accurate_radius_mm is not None and (self.preset != "draft" or self.radius_mm == "auto"):
             raise ValueError(
                 f"accurate_radius_mm is {self.accurate_radius_mm:g}: only the record of a draft has this setting, with "
                 "a number for radius_mm. Leave it out"
             )
-        return self
 
     @property
     def has_particles(self) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from sealtwin.core.arrays import counted_up, cross
 from sealtwin.core.records import Booleans, Floats, Integers, Solid
 from simulate.kernels.beds import Lines, Liquid, raise_surface
 from simulate.kernels.status import Span
@@ -108,9 +109,9 @@ def _crossings(
     triangle_mm = triangle_mm[np.abs(cross(b - a, c - a)) >= 1e-12]
     # Cells are searched row by row along y, so that the cost of an oblique needle is proportional to its length.
     x_mm = triangle_mm[:, :, 0]
-    row, owner = whole_numbers(*_cells_between(x_mm.min(axis=1), x_mm.max(axis=1), cell_mm, low[0], shape[0]))
+    owner, row = whole_numbers(*_cells_between(x_mm.min(axis=1), x_mm.max(axis=1), cell_mm, low[0], shape[0]))
     ends_mm = _stretch(triangle_mm[owner], (row + low[0] + 0.5) * cell_mm)
-    column, which = whole_numbers(*_cells_between(*ends_mm, cell_mm, low[1], shape[1]))
+    which, column = whole_numbers(*_cells_between(*ends_mm, cell_mm, low[1], shape[1]))
     row, triangle_mm = row[which], triangle_mm[owner[which]]
     middle_mm = (np.column_stack([row, column]) + low + 0.5) * cell_mm
     hit = in_triangle(triangle_mm[:, :, :2].transpose(1, 0, 2), middle_mm)
@@ -142,10 +143,8 @@ def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, co
 
 
 def whole_numbers(first: Integers, last: Integers) -> tuple[Integers, Integers]:
-    """Return the whole numbers of all ranges, one range after the other, and the range of each number."""
-    count = np.maximum(last - first + 1, 0)
-    index = np.repeat(np.arange(len(count)), count)
-    return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count), index
+    """Return the range of each whole number, and the numbers of all ranges, one range after the other."""
+    return counted_up(last - first + 1, first)
 
 
 def in_triangle(corners: Sequence[Floats] | Floats, point: NDArray[np.floating]) -> Booleans:
@@ -157,8 +156,3 @@ def in_triangle(corners: Sequence[Floats] | Floats, point: NDArray[np.floating])
     sign = np.sign(cross(b - a, c - a))
     beside = [sign * cross(n - m, point - m) >= 0 for m, n in ((a, b), (b, c), (c, a))]
     return (sign != 0) & np.logical_and.reduce(beside)
-
-
-def cross(u: NDArray[np.floating], v: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Return the vertical component of cross products, (n,)."""
-    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]

@@ -5,7 +5,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator
 
 from sealtwin.core.errors import present
 from sealtwin.core.records import DataKind
@@ -112,8 +112,7 @@ class Declared(Settings):
                 )
         return answers
 
-    @model_validator(mode="after")
-    def _knows_its_datum(self) -> Self:
+    def _check(self) -> None:
         if self.datum == "sample_surface" and self.datum_level_mm not in (None, 0.0):
             raise ValueError(
                 f"datum_level_mm is {self.datum_level_mm:g}, but the datum is the sample's surface, which is at 0: set "
@@ -121,7 +120,6 @@ class Declared(Settings):
             )
         if self.datum != "sample_surface" and self.datum_level_mm is None:
             raise ValueError(f'datum is "{self.datum}": give datum_level_mm, its height above the sample\'s surface')
-        return self
 
 
 class Readings(Declared):
@@ -181,8 +179,8 @@ class Readings(Declared):
         """Return the settings for a copy of the sheet or the scan."""
         return self.model_copy(update={"scan" if self.scan is not None else "file": path})
 
-    @model_validator(mode="after")
-    def _of_one_kind(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         if (self.file is None) == (self.scan is None):
             raise ValueError("give file, a sheet of caliper readings, or scan, a scan of the sealed face, but not both")
         if (self.scan is None) != (self.placement is None):
@@ -193,10 +191,6 @@ class Readings(Declared):
         of_sheets = [name for name in names if name != "as_written" and getattr(self, name) != fields[name].default]
         if self.scan is not None and of_sheets:
             raise ValueError(f"{of_sheets[0]} belongs to a sheet of caliper readings: omit it for a scan")
-        return self
-
-    @model_validator(mode="after")
-    def _are_consistent(self) -> Self:
         if self.fitted == () and self.role == "undeclared":
             raise ValueError(
                 'fitted is empty, but role is "undeclared": set role = "held-out" if no setting was fitted'
@@ -209,7 +203,6 @@ class Readings(Declared):
             raise ValueError(
                 f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured": set this, or remove the key'
             )
-        return self
 
 
 class Gate(Settings):

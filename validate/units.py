@@ -1,6 +1,7 @@
 """Numbers and names in the code as text, each with its unit."""
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files as resources
 from typing import Any
@@ -95,6 +96,10 @@ def setting_words(value: Any) -> str:
         case _:
             text = str(value)
     return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]} ..."
+
+
+def settings_words(settings: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())
 
 
 def unit_of(key: str) -> str:

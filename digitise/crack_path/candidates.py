@@ -15,6 +15,7 @@ from digitise.crack_path.profiles import finite_median, profiles_across, row_med
 from digitise.geometry.polyline import left_normals, resampled, unit
 from digitise.image.raster import lightness, widened
 from digitise.photo import Photo
+from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.records import Booleans, Floats, Integers
 
 # Limits of a line. Lengths are in cells of the line map.
@@ -184,7 +185,7 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     line_px = field.to_photo(medial_axis.rightward(way)[:, ::-1])
     width_px = float(np.median(field.width[along])) / field.scale
     corners, least = straight_legs(way, width_px * field.scale)
-    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    lengths = step_lengths(corners)
     legs = lengths[lengths >= least].sum() / lengths.sum()
     unlike = _unlike(photo, line_px, width_px)
     score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MAX_COUNTED)) / field.scale
@@ -204,7 +205,7 @@ def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:
     """
     near_px, far_px = (widths * width_px + px for widths, px in zip(SIDES, SIDES_PX, strict=True))
     profiles = profiles_across(photo, line_px, width_px, far_px)
-    light, away_px = lightness(profiles.light).astype(float), np.abs(profiles.offset_px)
+    light, away_px = lightness(profiles.light).astype(float), profiles.away_px
     line = row_medians(light[:, away_px <= max(width_px / 4, 1.0)])
     left, right = (row_medians(light[:, (away_px >= near_px) & (side * profiles.offset_px > 0)]) for side in (1, -1))
     step, difference = finite_median(np.fmin(left, right) - line), abs(finite_median(left) - finite_median(right))

@@ -18,11 +18,11 @@ from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.profiles import width_along
 from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
-from digitise.settings import MAX_RANKED, Pixel, PixelPair
+from digitise.settings import MAX_RANKED, Clicks, PixelPair
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import Floats, Integers, lengths
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt, texts
-from sealtwin.core.records import Floats, Integers
 
 # A path strays from the chosen line if more than this fraction of its length is more than this many cells away
 FOLLOWS_CELLS, MAX_ASTRAY = 5.0, 0.2
@@ -45,8 +45,8 @@ class RivalCracksError(InputError):
 def find_path(
     photo: Photo,
     ends_px: PixelPair | None,
-    via_px: tuple[Pixel, ...] = (),
-    roi_px: tuple[Pixel, ...] | None = None,
+    via_px: Clicks = (),
+    roi_px: Clicks | None = None,
     crack: int | None = None,
 ) -> CrackPath:
     """Return the path between the ends, past the via points in their order, inside ``roi_px``.
@@ -72,7 +72,7 @@ class CrackSearch:
     warnings: Facts
 
     @classmethod
-    def of(cls, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> "CrackSearch":
+    def of(cls, photo: Photo, roi_px: Clicks | None = None) -> "CrackSearch":
         """Search the photo within ``roi_px``. Raises InputError if ``roi_px`` is not a region."""
         wire = LiveWire(photo, roi_px)
         cracks, straight_px = candidates(photo, wire.field)
@@ -137,13 +137,13 @@ class CrackSearch:
 class LiveWire:
     """Find paths along a photo's crack between clicked points, on one line map. Several threads may use it."""
 
-    def __init__(self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> None:
+    def __init__(self, photo: Photo, roi_px: Clicks | None = None) -> None:
         """Map the photo within ``roi_px``. Raises InputError if ``roi_px`` is not a region."""
         self._photo, self._snap_px = photo, snap_px(photo)
         self._region_px = None if roi_px is None else region_px(photo, roi_px)
         self.field: LineMap = map_lines(photo, self._region_px)
 
-    def path(self, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> CrackPath:
+    def path(self, ends_px: PixelPair, via_px: Clicks = ()) -> CrackPath:
         """Return the path past all clicked points in their order.
 
         Raises InputError for a point off any crack, or if a gate refuses the path.
@@ -219,7 +219,7 @@ class LiveWire:
         cells, searched = np.rint(self.field.to_cells(points_px)[:, ::-1]), self._nearest_cells(points_px)
         for number in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
             searched[number] = allowed[nearest_cell(allowed, cells[number])]
-        moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
+        moved_px = lengths(searched - cells) / self.field.scale
         farthest = moved_px.argmax()
         if moved_px[farthest] > self._snap_px:
             raise InputError(

@@ -126,7 +126,7 @@ def lighter_line(route: Route) -> Fact | None:
     """
     half_px = max(route.width_px, 2.0) / 2
     profiles = profiles_across(route.photo, route.points_px, route.width_px, half_px + 2 * LIGHT_PX)
-    light, away_px = profiles.mean(), np.abs(profiles.offset_px)
+    light, away_px = profiles.mean(), profiles.away_px
     dark = np.nan_to_num(light[:, away_px <= half_px], nan=np.inf).min(axis=1)
     ground = row_medians(light[:, away_px > half_px + LIGHT_PX])
     near = (away_px > half_px / 2) & (away_px <= half_px + LIGHT_PX)

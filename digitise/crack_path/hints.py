@@ -6,7 +6,7 @@ import numpy as np
 
 from digitise.geometry.polyline import crossings, depth_inside, rectangle
 from digitise.photo import Photo, in_copy
-from digitise.settings import Pixel, PixelPair
+from digitise.settings import Clicks, PixelPair
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, PathSource
@@ -57,12 +57,12 @@ def too_far(away_px: float, most_px: float) -> str:
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 
-def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()) -> None:
+def check_hints(photo: Photo, ends_px: PixelPair, via_px: Clicks = ()) -> None:
     """Raise InputError if a point is outside the photo or the face, or if the two ends are too close together."""
     points_px, names = np.array([*ends_px, *via_px], float), ["end", "end", *("via point" for _ in via_px)]
     width, height = photo.size_px
     for name, point_px in zip(names, points_px, strict=True):
-        if depth_inside(point_px, (0, 0, width - 1, height - 1)) < 0:
+        if photo.depth_px(point_px) < 0:
             raise InputError(
                 f"{photo.file}: the {name} {listed(point_px[None])} is outside the photo of {width} x {height} px. x "
                 "counts from the left and y from the top."
@@ -76,7 +76,7 @@ def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()
     if photo.face_mm is None:
         return
     for name, point_px in zip(names, points_px, strict=True):
-        outside_mm = -float(depth_inside(photo.to_mm(point_px[None]), photo.face_mm)[0])
+        outside_mm = -float(depth_inside(photo.to_mm(point_px), photo.face_mm))
         if outside_mm > most_px * photo.mm_per_px:
             raise InputError(
                 f"{photo.file}: the {name} {listed(point_px[None])} is {outside_mm:.1f} mm outside the face. Give the "
@@ -85,7 +85,7 @@ def check_hints(photo: Photo, ends_px: PixelPair, via_px: tuple[Pixel, ...] = ()
             )
 
 
-def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
+def region_px(photo: Photo, roi_px: Clicks) -> Floats:
     """Return the corners of the region of interest in px, (n, 2).
 
     Raises InputError if the region is too small or its sides cross.

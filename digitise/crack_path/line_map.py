@@ -134,7 +134,7 @@ def map_lines(
     # In displayed brightness, grain has the same contrast in shadow and in light.
     shown = np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA).astype(np.float32)
     around = np.zeros_like(allowed)
-    if photo.face_px is None:
+    if photo.face_mm is None:
         crack = None if crack_px is None else (crack_px - (left, top) + 0.5) * scale - 0.5
         around = surroundings(shown, crack) & allowed
         allowed &= ~around

@@ -10,7 +10,7 @@ from skimage.graph import route_through_array
 from skimage.morphology import skeletonize
 
 from digitise.image.raster import Map
-from sealtwin.core.records import Booleans, Floats, Integers
+from sealtwin.core.arrays import Booleans, Floats, Integers, lengths
 
 MIN_BRANCH = 0.7  # Minimum length of a side crack from the wall, in widths of the crack. Less is roughness of the wall
 MIN_BRANCH_PX = 8.0  # Minimum of that length, in px. Shorter side cracks are pores or slips of a brush
@@ -111,7 +111,7 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
     two cells.
     """
     first, second = KDTree(cells).query_pairs(1.5, output_type="ndarray").T
-    length = np.linalg.norm(cells[first] - cells[second], axis=1)
+    length = lengths(cells[first] - cells[second])
     if worth is not None:
         length = length * (worth[first] + worth[second]) / 2
     graph = csr_array((length, (first, second)), shape=(len(cells), len(cells)))

@@ -114,7 +114,7 @@ def _judged(photo: Photo, drawn: Booleans, line_px: Floats, width_px: float, con
     width_px = max(width_px, 2.0)
     profiles = profiles_across(photo, line_px, width_px, BESIDE * width_px + MIN_BESIDE_PX)
     painted = sampled(drawn.astype(np.uint8) * 255, profiles.place_px) > 127
-    inside = profiles.mean(painted & (np.abs(profiles.offset_px) <= OWN * width_px))
+    inside = profiles.mean(painted & (profiles.away_px <= OWN * width_px))
     clear = ~widened(painted, RIM_PX)
     sides = [profiles.mean(clear & (side * profiles.offset_px > 0)) for side in (1, -1)]
     ratio = inside / np.maximum(row_medians(np.stack(sides, axis=1)), 1e-6)
@@ -151,7 +151,7 @@ def _off_the_band(photo: Photo, profiles: Profiles, width_px: float) -> Facts:
             f"{aside_px} px away from the paint. Is the mask shifted or rotated against the photo?"
         )
         return (doubt("path.mask-aside", text, aside_px, "px"),)
-    profile, beside = row_medians(shares.T), np.abs(profiles.offset_px) > width_px / 2 + RIM_PX
+    profile, beside = row_medians(shares.T), profiles.away_px > width_px / 2 + RIM_PX
     dark_px = dark_width_px(profile, profiles.offset_px, width_px / 2, finite_median(profile[beside]))
     wide_px, narrow_px = max(width_px, dark_px), max(min(width_px, dark_px), 1.0)
     if wide_px <= WIDTH_RATIO * narrow_px or wide_px - narrow_px <= WIDER_PX:

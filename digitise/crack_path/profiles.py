@@ -35,6 +35,11 @@ class Profiles:
     light: Floats  # Linear light, (stations, m). NaN outside the photo
     cuts: Integers  # First station of each stretch, and one past the last
 
+    @property
+    def away_px(self) -> Floats:
+        """Distance of each sample from the line, (m,)."""
+        return np.abs(self.offset_px)
+
     def mean(self, where: Booleans | None = None) -> Floats:
         """Mean light of each stretch at each distance, (stretches, m).
 
@@ -149,7 +154,7 @@ GROUND = 75  # Percentile of the light across a stretch that is taken for the gr
 def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
     """Return True if a path is far darker than both of its sides, as a crack between two materials is."""
     profiles = profiles_across(photo, path.points_px, path.width_px, FAR[0] * path.width_px + FAR[1])
-    light, away_px = profiles.mean(), np.abs(profiles.offset_px)
+    light, away_px = profiles.mean(), profiles.away_px
     dark = light[:, away_px <= path.width_px / 2 + NEAR_PX].min(axis=1)
     beside = away_px > path.width_px / 2 + NEAR_PX + 1
     left, right = (row_medians(light[:, beside & (side * profiles.offset_px > 0)]) for side in (1, -1))

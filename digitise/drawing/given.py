@@ -1,15 +1,17 @@
 """Settings of cracks that are given in mm or drawn in CAD, instead of traced in a photo."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, WidthTable, by_station, require_order
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings
+from sealtwin.core.solid_figures import Box
 
 MAX_POINTS = 5000  # Largest number of points of a line in mm, ten times that of a traced line
 Line = Annotated[tuple[tuple[OnFace, OnFace], ...], Field(min_length=2, max_length=MAX_POINTS)]
+DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
 Layer = Annotated[str, Field(min_length=1, max_length=255)]  # Name of a layer of a drawing
 
 
@@ -24,7 +26,7 @@ class GivenCrack(Settings):
     validation."""
 
     @property
-    def box_mm(self) -> tuple[float, float, float, float] | None:
+    def box_mm(self) -> Box | None:
         """x_min, y_min, x_max, y_max of the face in mm. None if ``face_mm`` is not given."""
         return None if self.face_mm is None else (0.0, 0.0, *self.face_mm)
 
@@ -43,10 +45,8 @@ class GivenLine(GivenCrack):
         """Rows of arc length and width in mm, (k, 2)."""
         return by_station(self.width_mm)
 
-    @model_validator(mode="after")
-    def _widths_in_order(self) -> Self:
+    def _check(self) -> None:
         require_order("width_mm", self.widths_mm)
-        return self
 
 
 class GivenWalls(GivenCrack):
@@ -69,16 +69,14 @@ class GivenDrawing(GivenCrack):
     """Layer with the crack's middle as an open line. It requires ``width_mm``."""
     width_mm: Width | None = None
     """Width of the crack whose middle is ``line``."""
-    units: Literal["mm", "cm", "m", "inch", "foot"] | None = None
+    units: DrawnUnit | None = None
     """Unit of the drawing. It replaces the unit stated in the file and is required if the file states none."""
 
-    @model_validator(mode="after")
-    def _in_a_single_form(self) -> Self:
+    def _check(self) -> None:
         if (self.line is None) != (self.width_mm is None):
             raise ValueError("give both line and width_mm, or neither: a line alone has no width")
         if (self.walls is None) == (self.line is None):
             raise ValueError("give the layers of the two walls, or line with width_mm")
-        return self
 
     @property
     def layers(self) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from scipy.spatial import KDTree
 
 from digitise.geometry.polyline import (
     Box,
-    at_arc_length,
     depth_inside,
     extended,
     resampled,
@@ -25,7 +24,8 @@ from digitise.mesh_import.cavity import ACROSS_PX, top_view
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth, outline_of
 from digitise.photo import Photo
 from digitise.walls.wall_profile import edge_crossings, rays_across
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
+from sealtwin.core.arrays import lengths
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
@@ -100,7 +100,7 @@ def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name
         line = line_of_mouth(mouth, face_mm or NO_FACE_MM)
     except ShapeError as fault:
         raise InputError(f"{name}: {fault.wrong}") from None
-    first_mm, last_mm = np.linalg.norm(line.centreline_mm[[0, -1]] - left_mm[0], axis=1)
+    first_mm, last_mm = lengths(line.centreline_mm[[0, -1]] - left_mm[0])
     if first_mm > last_mm:
         line = replace(
             line,
@@ -114,7 +114,7 @@ def outline_between(left_mm: Floats, right_mm: Floats, face_mm: Box | None, name
 
 def same_way(wall_mm: Floats, other_mm: Floats) -> Floats:
     """Return the second wall of a crack, reversed if it runs against the first."""
-    first_mm, last_mm = np.linalg.norm(other_mm[[0, -1]] - wall_mm[-1], axis=1)
+    first_mm, last_mm = lengths(other_mm[[0, -1]] - wall_mm[-1])
     return other_mm[:: 1 if last_mm <= first_mm else -1]
 
 
@@ -137,7 +137,7 @@ def _require_apart(line_mm: Floats, width_mm: Floats, name: str) -> None:
     stations_mm = np.arange(0.0, s_mm[-1], most_mm / STEPS)
     places_mm = at_arc_length(np.column_stack([line_mm, s_mm, width_mm + ON_EDGE_MM]), s_mm, stations_mm)
     pairs = places_mm[KDTree(places_mm[:, :2]).query_pairs(most_mm + ON_EDGE_MM, output_type="ndarray")]
-    away_mm = np.linalg.norm(np.diff(pairs[:, :, :2], axis=1)[:, 0], axis=1)
+    away_mm = lengths(np.diff(pairs[:, :, :2], axis=1)[:, 0])
     overlap = (np.ptp(pairs[:, :, 2], axis=1) > PART_WIDTHS * most_mm) & (away_mm < pairs[:, :, 3].mean(axis=1))
     if overlap.any():
         nearest = np.where(overlap, away_mm, np.inf).argmin()

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import ezdxf.filemanagement
 import numpy as np
@@ -17,18 +17,18 @@ from ezdxf import edgeminer
 from ezdxf.path import make_path
 from scipy.spatial import KDTree
 
-from digitise.drawing.given import GivenDrawing
+from digitise.drawing.given import DrawnUnit, GivenDrawing
 from digitise.drawing.given_lines import Given, outline_between, outline_of_line, same_way
 from digitise.geometry.polyline import signed_area
 from digitise.mesh_import.import_mesh import MAX_MM
 from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from digitise.solid.wedges import carve
+from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Floats, Outline
 
-DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
 MM: dict[DrawnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
 """Accepted units by their code in $INSUNITS. Code 0 means unspecified."""
@@ -76,7 +76,7 @@ class Drawing:
             left_out["widths of polylines"] += getattr(entity, "has_width", False)
             # A copy may begin at the other end, or at another corner.
             places = frozenset(map(tuple, np.rint(way_mm / COPY_MM).tolist()))
-            shape = places, round(np.linalg.norm(np.diff(way_mm, axis=0), axis=1).sum() / COPY_MM)
+            shape = places, round(step_lengths(way_mm).sum() / COPY_MM)
             left_out["lines of no length"] += len(places) < 2
             left_out["exact copies of lines"] += shape in ways
             if len(places) > 1:
@@ -113,7 +113,7 @@ class Drawing:
             entity.vertices[:] = curve
         try:
             path = make_path(entity).flattening(SAG_MM / MM[self.unit])
-            points_mm = MM[self.unit] * np.array([tuple(point) for point in path], dtype=float).reshape(-1, 3)
+            points_mm = MM[self.unit] * np.array([tuple(point) for point in path], float).reshape(-1, 3)
         except Exception as fault:  # ezdxf raises many types of errors for a damaged line.
             raise InputError(
                 f"{kind} cannot be read ({str(fault) or type(fault).__name__:.80}). Draw it as a polyline."

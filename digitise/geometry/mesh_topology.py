@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.arrays import Floats, Integers, lengths, normals
 
 CONTACT_MM = 1e-5  # Smaller overlaps come from rounding: float32 moves a vertex at 100 mm by as much
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds the vertices
@@ -25,11 +25,6 @@ def open_edges(faces: Integers) -> Integers:
     return edges[trimesh.grouping.group_rows(np.sort(edges, axis=1), require_count=1)]
 
 
-def normals(corners: Floats) -> Floats:
-    """Return the normal of each triangle, (f, 3). Its length is twice the triangle's area. ``corners`` is (f, 3, 3)."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-
-
 def mesh_volume_mm3(vertices_mm: Floats, faces: Integers) -> float:
     """Return the signed volume of a closed mesh in mm³. It is positive if the faces point outward."""
     # Coordinates are taken relative to a vertex. Far from the origin, the sum would lose digits.
@@ -41,7 +36,7 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
     """Return the pairs of faces that cross along a segment, (n, 2). Coplanar overlaps are not found."""
     corners = vertices_mm[faces]
     normal = normals(corners)
-    area = np.linalg.norm(normal, axis=1)
+    area = lengths(normal)
     # A needle has no plane: its normal is NaN, and all comparisons are false.
     normal /= np.where(area < CONTACT_MM**2, np.nan, area)[:, None]
     crossing = [
@@ -114,7 +109,7 @@ def examine_mesh(
         triangles=len(faces),
         # A closed mesh has three edges for two faces.
         euler=len(used) - len(faces) // 2,
-        min_edge_mm=float(np.linalg.norm(np.subtract(*vertices_mm[edges.T]), axis=1).min()),
+        min_edge_mm=float(lengths(np.subtract(*vertices_mm[edges.T])).min()),
         self_intersections=len(crossing),
     )
     faults = []

@@ -5,11 +5,10 @@ from manifold3d import CrossSection, FillRule
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import counted_up
-from sealtwin.core.records import Booleans, Floats, Integers
+from sealtwin.core.arc_length import arc_length, at_arc_length
+from sealtwin.core.arrays import Booleans, Floats, Integers, counted_up, cross, lengths
+from sealtwin.core.solid_figures import Box
 
-Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 ROWS_PER_PX = 8  # Number of sub-rows of a pixel. With 8, the covered fraction of a pixel at an edge is right to 0.01
 AT_ONCE = 64  # Number of segments compared with all others at a time: all pairs of 100,000 do not fit in memory
 
@@ -19,11 +18,6 @@ def resampled(points: Floats, spacing: float) -> Floats:
     s = arc_length(points)
     stations = np.linspace(0, s[-1], max(2, 1 + round(s[-1] / spacing)))
     return at_arc_length(points, s, stations)
-
-
-def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
-    """Interpolate each column of ``values`` linearly at ``stations``. The values are given at arc lengths ``s``."""
-    return np.column_stack([np.interp(stations, s, column) for column in values.T])
 
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
@@ -177,18 +171,13 @@ def clipped_to_box(ring: Floats, box: Box) -> Floats:
 
 def without_repeats(ring: Floats, closer_than: float) -> Floats:
     """Return a ring without points whose distance from the point before them is at most ``closer_than``."""
-    step = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    step = lengths(ring - np.roll(ring, 1, axis=0))
     return ring[step > closer_than]
 
 
 def signed_area(ring: Floats) -> float:
     """Return the area of a ring. It is positive if the ring runs counter-clockwise."""
     return float(cross(ring, np.roll(ring, -1, axis=0)).sum() / 2)
-
-
-def cross(first: Floats, second: Floats) -> Floats:
-    """Return the cross products of plane vectors, (...). Positive if the second vector is to the left of the first."""
-    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
 
 
 def to_left(vector: Floats) -> Floats:
@@ -217,13 +206,13 @@ def coverage(ring: Floats, size_px: tuple[int, int]) -> NDArray[np.float32]:
     # Sub-row r is sampled at y = (r + 0.5) / ROWS_PER_PX - 0.5.
     first = np.maximum(np.ceil((low + 0.5) * ROWS_PER_PX - 0.5), 0).astype(int)
     last = np.minimum(np.ceil((high + 0.5) * ROWS_PER_PX - 0.5), height * ROWS_PER_PX).astype(int)
-    edge, row = counted_up(np.maximum(last - first, 0), first)
+    edge, row = counted_up(last - first, first)
     y = (row + 0.5) / ROWS_PER_PX - 0.5
     (x0, y0), (x1, y1) = start[edge].T, end[edge].T
     x = np.clip(x0 + (y - y0) * (x1 - x0) / (y1 - y0) + 0.5, 0, width)
     sign = np.sign(y1 - y0) / ROWS_PER_PX
     column = np.floor(x).astype(int)
-    steps = np.zeros((height, width + 2), dtype=np.float64)
+    steps = np.zeros((height, width + 2), np.float64)
     np.add.at(steps, (row // ROWS_PER_PX, column), sign * (column + 1 - x))
     np.add.at(steps, (row // ROWS_PER_PX, column + 1), sign * (x - column))
     return np.abs(np.cumsum(steps, axis=1)[:, :width]).astype(np.float32)

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps, TiffImagePlugin
 from PIL.ExifTags import IFD, Base
 
-from digitise.image.raster import DISPLAY_GAMMA, Map
+from digitise.geometry.polyline import depth_inside
+from digitise.image.raster import DISPLAY_GAMMA, Map, Size
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt
-from sealtwin.core.records import Booleans
+from sealtwin.core.records import Booleans, Floats
 
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
 """File endings of photos in a folder. Photos that cannot be read are reported."""
@@ -61,9 +62,14 @@ class Pixels(Decoded):
     drawn: Booleans | None = None  # The user's painted mask of the crack, (height, width)
 
     @property
-    def size_px(self) -> tuple[int, int]:
+    def size_px(self) -> Size:
         """Width and height in px."""
         return self.brightness.shape[1], self.brightness.shape[0]
+
+    def depth_px(self, points_px: Floats) -> Floats:
+        """Return the distance of points, (..., 2), from the middles of the outermost pixels. Negative outside."""
+        width, height = self.size_px
+        return depth_inside(points_px, (0, 0, width - 1, height - 1))
 
 
 def read_photo(path: Path, key: str = "photo.file") -> Decoded:
@@ -274,7 +280,7 @@ REMEDY = (
 )
 
 
-def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> Booleans:
+def take_mask(painted: NDArray[np.generic], size_px: Size, name: str) -> Booleans:
     """Check a mask in memory, (height, width). Pixels that are not 0 are painted.
 
     ``size_px`` is the photo's width and height. Raises InputError, with ``name`` first, if the shape is wrong, or if
@@ -289,7 +295,7 @@ def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str)
     return _soundly_painted(painted.astype(bool), name, "pixels that are not 0 are painted")
 
 
-def read_mask(path: Path, size_px: tuple[int, int]) -> Booleans:
+def read_mask(path: Path, size_px: Size) -> Booleans:
     """Read a painted mask, (height, width). Opaque pixels are painted, or bright ones if the opacity is constant.
 
     Raises InputError if the size differs from ``size_px``, the photo's width and height, if many pixels are neither

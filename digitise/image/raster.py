@@ -8,6 +8,7 @@ from sealtwin.core.records import Booleans, Floats
 
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
 Mask = NDArray[np.uint8]  # 255 on the pixels of a region, 0 elsewhere, (height, width)
+Size = tuple[int, int]  # Width and height in px
 Window = tuple[slice, slice]  # Rows and columns of a part of a picture
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to linear light, close to a camera's
 MEDIAN_WEIGHT = 1e-3  # Weight of the median in ``continued``. It has an effect only far from valid pixels
@@ -26,15 +27,20 @@ def blurred_copy(picture: Map, sigma_px: float) -> Map:
     return blurred(shrunk(picture, small), sigma_px / times)
 
 
+def median_of(values: Map | Floats) -> float:
+    """Return the median of the values, or 0 if there are none."""
+    return float(np.median(values)) if len(values) else 0.0
+
+
 def continued(picture: Map, valid: Booleans, sigma_px: float) -> Map:
     """Return the Gaussian mean of the valid pixels around each pixel. Far from valid pixels, return their median."""
     weight = valid.astype(np.float32)
-    usual = float(np.median(picture[valid])) if valid.any() else 0.0
+    usual = median_of(picture[valid])
     mean = (blurred(picture * weight, sigma_px) + MEDIAN_WEIGHT * usual) / (blurred(weight, sigma_px) + MEDIAN_WEIGHT)
     return np.asarray(mean, np.float32)
 
 
-def shrunk(picture: Map | Mask, size_px: tuple[int, int]) -> Map:
+def shrunk(picture: Map | Mask, size_px: Size) -> Map:
     """Scale down to a width and height in px. Each new pixel is the mean of the pixels that it covers."""
     return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), np.float32)
 
@@ -76,7 +82,7 @@ def lightness(light: Map | Floats) -> Map:
     return np.asarray(116 * np.cbrt(np.maximum(light, 3e-3)) - 16, np.float32)
 
 
-def window_around(points_px: Floats, reach_px: float, size_px: tuple[int, int]) -> tuple[Floats, Window]:
+def window_around(points_px: Floats, reach_px: float, size_px: Size) -> tuple[Floats, Window]:
     """Return a box around some points: its first pixel, (x, y), and the slices of its rows and columns.
 
     The box has a margin of ``reach_px`` around the points, and is limited to the picture.

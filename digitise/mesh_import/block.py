@@ -11,13 +11,13 @@ import trimesh
 from manifold3d import Error, Manifold, Mesh64
 from scipy.spatial.transform import Rotation
 
-from digitise.geometry.mesh_topology import edge_fault, mesh_volume_mm3, normals
+from digitise.geometry.mesh_topology import edge_fault, mesh_volume_mm3
 from digitise.geometry.polyline import Box
 from digitise.geometry.region import box_region, prism
 from digitise.solid.float_mesh import welded, without_needles
+from sealtwin.core.arrays import Floats, Integers, lengths, normals, rms
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
-from sealtwin.core.records import Floats, Integers
 
 # Limits of the search for a sample's face and sides. Each line says why the limit has its value.
 #
@@ -85,7 +85,7 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
     """
     corners_mm, rng, share = vertices_mm[faces], np.random.default_rng(0), 0.0
     across = normals(corners_mm)
-    area = np.linalg.norm(across, axis=1)
+    area = lengths(across)
     area[across[:, 2] < STEEPEST * area] = 0.0
     if area.any():
         # Uniform over the area of all upward facets.
@@ -95,7 +95,7 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
         points_mm = u * a + (v - u) * b + (1 - v) * c
         a, b, c = points_mm[np.random.default_rng(0).integers(len(points_mm), size=(3, TRIES))]
         normal = np.cross(b - a, c - a)
-        normal *= (np.sign(normal[:, 2]) / np.linalg.norm(normal, axis=1).clip(min=np.finfo(float).tiny))[:, None]
+        normal *= (np.sign(normal[:, 2]) / lengths(normal).clip(min=np.finfo(float).tiny))[:, None]
         planes = zip(a, normal, strict=True)
         place_mm, up = max(
             planes, key=lambda plane: (np.abs(points_mm @ plane[1] - plane[0] @ plane[1]) < ROUGHEST_MM).sum()
@@ -111,7 +111,7 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
             reach_mm = min(ROUGHEST_MM, max(4.5 * np.median(np.abs(away_mm)), 1e-9))
         share = (np.abs((points_mm - place_mm) @ up) <= ROUGHEST_MM).mean()
         if share >= MIN_SHARE and up[2] > STEEPEST:
-            return FacePlane(up, place_mm, float(np.sqrt(np.mean(away_mm**2))))
+            return FacePlane(up, place_mm, rms(away_mm))
     raise ShapeError(
         f"Mesh has no plane face on its upper side: only {share:.0%} of the upward surface is in one plane, and at "
         f"least {MIN_SHARE:.0%} is needed.",

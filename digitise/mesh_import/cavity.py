@@ -15,14 +15,15 @@ from scipy.sparse import coo_array
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.geometry.polyline import Box, at_arc_length, coverage, signed_area
+from digitise.geometry.polyline import Box, coverage, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.image.raster import Map
 from digitise.mesh_import.block import Block, parted
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
+from sealtwin.core.arrays import midpoints
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats, Outline, Sections
@@ -172,7 +173,7 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
     layers = [
         covered(cavity.slice(middle), lambda ring_mm: (ring_mm - origin_mm) / cell_mm, (width, height))
-        for middle in (levels_mm[1:] + levels_mm[:-1]) / 2
+        for middle in midpoints(levels_mm)
     ]
     rows, columns = np.nonzero(np.max(layers, axis=0))
     cells_mm = origin_mm + cell_mm * np.column_stack([columns, rows])
@@ -207,7 +208,7 @@ def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: t
 
 def strip_width_mm(region: CrossSection) -> float:
     """Return the width of a long strip with the same area and rim: twice the area, divided by the length of the rim."""
-    rings = (np.asarray(ring, dtype=float) for ring in region.to_polygons())
+    rings = (np.asarray(ring, float) for ring in region.to_polygons())
     return 2 * region.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
 
 

@@ -8,7 +8,7 @@ import trimesh
 from scipy.ndimage import minimum
 from scipy.spatial.transform import Rotation
 
-from digitise.geometry.mesh_topology import examine_mesh, normals
+from digitise.geometry.mesh_topology import examine_mesh
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import MEND, STEEPEST, Block, FacePlane, closed_body, cut_block, find_face, one_surface
@@ -18,6 +18,7 @@ from digitise.photo import Photo
 from digitise.settings import MeshInput
 from digitise.solid.dams import NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import arrays_of, tidy
+from sealtwin.core.arrays import lengths, normals
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.mesh_file import Triangles, read_mesh
@@ -187,7 +188,7 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
     """
     corners = vertices_mm[faces]
     normal = normals(corners)
-    flat = normal[:, 2] > STEEPEST * np.linalg.norm(normal, axis=1)
+    flat = normal[:, 2] > STEEPEST * lengths(normal)
     label = np.where(flat, FaceLabel.FLOOR, FaceLabel.WALL).astype(np.int64)
     top = flat & (np.abs(corners[:, :, 2]) <= below_mm).all(axis=1)
     outside = depth_inside(corners.mean(axis=1)[:, :2], block_mm) < -NEAR_MM

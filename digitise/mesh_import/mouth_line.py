@@ -22,8 +22,6 @@ from skimage.measure import points_in_poly
 from digitise.crack_path import medial_axis
 from digitise.geometry.polyline import (
     Box,
-    at_arc_length,
-    cross,
     nearest_side,
     resampled,
     runs,
@@ -34,7 +32,8 @@ from digitise.geometry.polyline import (
 )
 from digitise.mesh_import.cavity import seen_from_above, strip_width_mm
 from digitise.photo import Photo
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
+from sealtwin.core.arrays import cross, lengths, midpoints
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Integers, Outline, PathSource
@@ -90,7 +89,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box) -> MouthLine:
     of the middle meets the crack's front. Islands count as crack, and side arms do not.
     Raises ShapeError if the mouth is a ring or too short, or if its walls do not face each other along one line.
     """
-    rings_mm = [np.asarray(ring, dtype=float) for ring in mouth.to_polygons()]
+    rings_mm = [np.asarray(ring, float) for ring in mouth.to_polygons()]
     outer = CrossSection([max(rings_mm, key=signed_area)])
     if mouth.area() < RING_SHARE * outer.area():
         x, y = min(rings_mm, key=signed_area).mean(axis=0)
@@ -100,7 +99,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box) -> MouthLine:
             "walls",
         )
     path_mm, width_mm = _rough_path(outer)
-    ring_mm = np.asarray(outer.simplify(SMOOTH * width_mm).to_polygons()[0], dtype=float)
+    ring_mm = np.asarray(outer.simplify(SMOOTH * width_mm).to_polygons()[0], float)
     # A pixel at the rim has its centre outside.
     inside = np.flatnonzero(points_in_poly(path_mm, ring_mm))
     path_mm = path_mm[inside[0] : inside[-1] + 1] if len(inside) else path_mm[:1]
@@ -147,7 +146,7 @@ def _side_lines(arms_mm: Sequence[Floats], centre_mm: Floats) -> tuple[tuple[Flo
     if not arms_mm:
         return (), ()
     away_mm, feet = map(np.asarray, KDTree(centre_mm).query([lips_mm for lips_mm, _ in arms_mm]))
-    reach_mm = away_mm + np.linalg.norm(np.diff(arms_mm, axis=1)[:, 0], axis=1)
+    reach_mm = away_mm + lengths(np.diff(arms_mm, axis=1)[:, 0])
     warning = (
         f"the path does not follow the side arms ({len(feet)}, up to {reach_mm.max():.0f} mm long; the longest at s = "
         f"{arc_length(centre_mm)[feet[reach_mm.argmax()]]:.0f} mm). The cavity includes them, and their sealant is "
@@ -162,7 +161,7 @@ def _require_swept(lines_mm: Floats) -> None:
     centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
     between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
-    across_mm = (across_mm[1:] + across_mm[:-1]) / 2
+    across_mm = midpoints(across_mm)
     swept_mm2 = np.abs(cross(ahead_mm, across_mm)).sum()
     if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
         raise ShapeError(
@@ -199,7 +198,7 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
     # Begin on the main crack, so that no stretch is split in two.
     order = np.roll(np.arange(len(rim_mm)), -int(beyond_mm.argmin()))
     rim_mm, beside, s_mm = rim_mm[order], beyond_mm[order] > 0, arc_length(path_mm)
-    at_rim_mm, main, arms = s_mm[nearest[order]], np.ones(len(rim_mm), dtype=bool), list[Floats]()
+    at_rim_mm, main, arms = s_mm[nearest[order]], np.ones(len(rim_mm), bool), list[Floats]()
     for begin, end in runs(beside).tolist():
         room_mm, (first_mm, last_mm) = rim_mm[begin:end], np.sort(at_rim_mm[[begin, end - 1]])
         # A stretch next to an end belongs to that end.
@@ -213,7 +212,7 @@ def _without_arms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> tuple[Fl
         if depth_mm > (DEEP if unit(before_mm) @ unit(after_mm) > 0.5 else DEEP_AT_BEND) * mouth_mm:
             main[begin:end] = False
             lips_mm = room_mm[[0, -1]].mean(axis=0)
-            arms.append(np.array([lips_mm, room_mm[np.linalg.norm(room_mm - lips_mm, axis=1).argmax()]]))
+            arms.append(np.array([lips_mm, room_mm[lengths(room_mm - lips_mm).argmax()]]))
     return rim_mm[main], arms
 
 
@@ -264,7 +263,7 @@ def _ring_points(ring_mm: Floats, places: Sequence[float] | Floats) -> Floats:
     A position beyond the last corner continues from the first corner.
     """
     twice_mm = np.vstack([ring_mm, ring_mm, ring_mm[:1]])
-    return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), np.asarray(places, dtype=float))
+    return at_arc_length(twice_mm, np.arange(len(twice_mm), dtype=float), np.asarray(places, float))
 
 
 def _stretch(ring_mm: Floats, begin: float, end: float) -> Floats:
@@ -301,4 +300,4 @@ def facing(left_mm: Floats, right_mm: Floats) -> Integers:
     """
     across_mm2 = cdist(left_mm, right_mm, "sqeuclidean")
     way, _ = route_through_array(across_mm2, (0, 0), (len(left_mm) - 1, len(right_mm) - 1))
-    return np.array(way, dtype=np.int64)
+    return np.array(way, np.int64)

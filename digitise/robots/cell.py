@@ -5,19 +5,19 @@ The weighings determine which flow to request from the pump so that it delivers 
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import numpy as np
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model
 from scipy.spatial.transform import Rotation
 from scipy.special import stdtrit
 
 from digitise.robots.programs import CSV, GCODE, TXT, URSCRIPT, InCell, LanguageSettings
 from digitise.robots.spel import SPEL
 from digitise.settings import OnFace
+from sealtwin.core.arrays import Floats, lengths
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.plain_files import read_columns
-from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
 LANGUAGES = {language.name: language for language in (TXT, CSV, SPEL, GCODE, URSCRIPT)}
@@ -178,14 +178,12 @@ class RobotCell(LanguageTables):
             return kind if LANGUAGES[kind].settings else None
         return "plunger" if table.presses_plunger and self.plunger is None else None
 
-    @model_validator(mode="after")
-    def _tables_for_formats(self) -> Self:
+    def _check(self) -> None:
         for kind in self.formats:
             if (table := self.missing_for(kind)) is not None:
                 raise ValueError(
                     f'formats has "{kind}", but there is no [{table}] table. Add that table, or remove "{kind}"'
                 )
-        return self
 
 
 class ProgramOptions(Settings):
@@ -221,7 +219,7 @@ class RobotFrame:
         and S the sum of x x' over the taught points.
         """
         planes = [np.column_stack([np.ones(len(at_mm)), at_mm[:, :2]]) for at_mm in (self.taught_mm, sample_mm)]
-        return float(np.linalg.norm(planes[1] @ np.linalg.pinv(planes[0]), axis=1).max())
+        return float(lengths(planes[1] @ np.linalg.pinv(planes[0])).max())
 
 
 def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, where: str) -> RobotFrame:
@@ -243,7 +241,7 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, where: st
     rotation = Rotation.align_vectors(robot_spread, spread)[0].as_matrix()
     scale = float(np.sum(robot_spread * (spread @ rotation.T)) / np.sum(spread**2))
     origin_mm = robot_middle - rotation @ middle
-    residual_mm = np.linalg.norm(taught @ rotation.T + origin_mm - robot_mm, axis=1)
+    residual_mm = lengths(taught @ rotation.T + origin_mm - robot_mm)
     if residual_mm.max() > limit_mm:
         worst = int(residual_mm.argmax())
         x, y = sample_mm[worst]

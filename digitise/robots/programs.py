@@ -9,15 +9,16 @@ import io
 import re
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import jinja2
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
+from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.errors import present
-from sealtwin.core.record_files import TRAJECTORY_COLUMNS
+from sealtwin.core.record_files import TRAJECTORY_COLUMNS, trajectory_rows
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
@@ -102,13 +103,11 @@ class Urscript(LanguageSettings):
     """Angle of the tool about the nozzle, measured from the robot's x axis. Set it so that a camera or a cable at the
     tool's side does not collide."""
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _check(self) -> None:
         if (self.dispenser == "analog") != (self.full_flow_mm3_s is not None):
             raise ValueError('full_flow_mm3_s and dispenser = "analog" belong together: give both or neither')
         if self.dispenser == "analog" and self.port > 1:
             raise ValueError(f"port is {self.port}, but the standard analog outputs are 0 and 1: give one of these")
-        return self
 
     @property
     def steady(self) -> tuple[str, ...]:
@@ -207,7 +206,7 @@ def urscript_text(path: "RobotPath") -> str:
     """Return a URScript program with movep. Raises InputError if a limit is exceeded, or if blends would overlap."""
     trajectory, settings = path.trajectory, path.cell.table(Urscript)
     flow_mm3_s, full_mm3_s = trajectory.flow_mm3_s[:-1], settings.full_flow_mm3_s
-    largest_mm3_s, closest_mm = flow_mm3_s.max(), np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1).min()
+    largest_mm3_s, closest_mm = flow_mm3_s.max(), step_lengths(trajectory.position_mm).min()
     if full_mm3_s is None:
         reason = "a digital output gives one flow or none"
         limit = path.even_limit(reason, "mm³/s", path.flow_mm3_s, 'Set urscript.dispenser = "analog"')
@@ -251,9 +250,7 @@ def table_text(path: "RobotPath") -> str:
     """
     trajectory = path.trajectory
     columns = (*TRAJECTORY_COLUMNS[:-1], "asked_mm3_s") if path.weighed else TRAJECTORY_COLUMNS
-    rows = np.column_stack(
-        [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
-    )
+    rows = trajectory_rows(trajectory)
     if path.hold_s > 0:
         # The nozzle waits at the first waypoint with sealant, with the pump already on.
         first = trajectory.giving.start

@@ -7,7 +7,8 @@ import numpy as np
 
 from digitise.robots.cell import LANGUAGES, PumpTable, RobotCell, RobotFrame, fit_frame
 from digitise.robots.programs import EVEN_RANGE
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, step_lengths
+from sealtwin.core.arrays import midpoints
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Trajectory
 
@@ -163,7 +164,7 @@ def _check_rows(trajectory: Trajectory) -> None:
     sound = (
         len(t_s) > 1 and np.isfinite(numbers).all() and (np.diff(t_s) > 0).all() and (trajectory.flow_mm3_s >= 0).all()
     )
-    way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
+    way_mm = step_lengths(trajectory.position_mm)
     if not sound or not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(t_s), rtol=1e-3, atol=1e-3):
         raise InputError(
             "trajectory.csv: it needs two or more rows of finite numbers, increasing t_s, flow_mm3_s of 0 or more, "
@@ -184,7 +185,7 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
     # The mean velocity between two rows is the velocity at the middle of the time between them. It changes on ramps,
     # and with the acceleration v^2 / r in bends.
     velocity = np.diff(trajectory.position_mm, axis=0) / (lasts_s := np.diff(trajectory.t_s))[:, None]
-    change = np.linalg.norm(np.diff(velocity, axis=0), axis=1) / ((lasts_s[1:] + lasts_s[:-1]) / 2)
+    change = step_lengths(velocity) / midpoints(lasts_s)
     most_mm_s2 = change.max(initial=0.0)
     place_mm = trajectory.s_mm[int(np.append(0.0, change).argmax())]
     return [

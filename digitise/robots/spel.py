@@ -6,12 +6,13 @@ coordinates, which passes close to evenly spaced points. ``CVMove "name"`` follo
 (.pts) needs a checksum whose formula is not public, so points are assigned in the program.
 """
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from digitise.robots.programs import EVEN_RANGE, Angle, InCell, Language, LanguageSettings, filled
+from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.records import Floats
 
 if TYPE_CHECKING:
@@ -51,8 +52,7 @@ class Spel(LanguageSettings):
     first_point: int = Field(default=0, ge=0, lt=POINTS)
     """Number of the first point that the program uses. The robot's points from this number on are overwritten."""
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _check(self) -> None:
         if len({self.dispenser == "output", self.output_bit is not None, self.axis_start_mm is None}) > 1:
             raise ValueError(
                 'dispenser = "output" needs output_bit and no axis_start_mm; z, s or t needs axis_start_mm and no '
@@ -63,7 +63,6 @@ class Spel(LanguageSettings):
                 f'dispenser = "{self.dispenser}" cannot be combined with motion = "curve", since a Curve has no '
                 'added axis: give motion = "move"'
             )
-        return self
 
     @property
     def presses_plunger(self) -> bool:
@@ -144,7 +143,7 @@ def spel_text(path: "RobotPath") -> str:
     if settings.axis_start_mm is not None:
         onward = 1.0 if settings.axis_gives == "+" else -1.0
         places[:, 3 if lifts else 2] = settings.axis_start_mm + onward * path.plunger_mm()
-    speed_mm_s = np.linalg.norm(np.diff(places[:, :3], axis=0), axis=1) / np.diff(trajectory.t_s)
+    speed_mm_s = step_lengths(places[:, :3]) / np.diff(trajectory.t_s)
     rows = np.arange(len(places))
     motions = [f"Move P{first + lifts + row}" for row in rows[1:]]
     speeds, begins, curve = [f"{speed:.3f}" for speed in speed_mm_s], trajectory.giving.start, None

@@ -13,8 +13,8 @@ from digitise.image.decoding import Pixels
 from digitise.image.raster import Map, sampled
 from digitise.scale.view import MIDDLE, Scale, fit_corners, places_px
 from digitise.settings import PhotoInput
+from sealtwin.core.arrays import Floats, lengths, rms
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats
 
 # Largest logarithm of the ratio of the corners' aspect to that of face_mm, for a camera 60 degrees off; a wrong order
 # gives more
@@ -65,7 +65,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
     """
     if settings.face_corners_px is None or settings.face_mm is None:
         return None
-    corners_px, size_px = np.array(settings.face_corners_px, dtype=float), pixels.size_px
+    corners_px, size_px = np.array(settings.face_corners_px, float), pixels.size_px
     ring = corners_px.astype(np.float32)
     # Counter-clockwise as seen, with y down.
     in_order = cv2.isContourConvex(ring) and cv2.contourArea(ring, oriented=True) < 0
@@ -84,7 +84,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
 
 def side_lengths(corners: Floats) -> Floats:
     """Return the lengths of the sides of a ring with n corners, (n,). Side i begins at corner i."""
-    return np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    return lengths(np.roll(corners, -1, axis=0) - corners)
 
 
 def _aspect(corners_px: Floats) -> float:
@@ -101,7 +101,7 @@ def refined_corners(brightness: Map, rough_px: Floats, reach_px: float) -> tuple
     """
     reach_px = max(reach_px, MIN_REACH_PX)
     lines, misses_px = zip(*(_edge(brightness, rough_px, side, reach_px) for side in range(4)), strict=True)
-    bend_px = float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
+    bend_px = rms(np.concatenate(misses_px))
     if not bend_px <= STRAIGHT_PX:
         return None
     # Side i begins at corner i.
@@ -147,9 +147,9 @@ def edge_line(foot: Floats, outward: Floats, across_px: Floats) -> tuple[Floats,
     Points that are off by more than three median distances and ``STRAY_PX`` are left out. Returns a point and a
     direction, (2, 2), and the distances of the other points from the line.
     """
-    along = np.linalg.norm(foot - foot[0], axis=1)
+    along = lengths(foot - foot[0])
     slope, level = 0.0, np.median(across_px)
-    near = np.ones(len(along), dtype=bool)
+    near = np.ones(len(along), bool)
     for _ in range(5):
         miss_px = np.abs(across_px - level - slope * along)
         near = miss_px <= max(STRAY_PX, 3 * np.median(miss_px))

@@ -19,9 +19,9 @@ from digitise.image.raster import Map
 from digitise.scale.face_scale import FACE_MM, given_corners, refined_corners, side_lengths
 from digitise.scale.view import CORNERS, MIDDLE, Scale, View, find_tilt, fit_markers, places_px
 from digitise.settings import Dictionary, FaceSide, Marker, MarkerBoard, PhotoInput
+from sealtwin.core.arrays import Floats, lengths, rms
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt
-from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
 # Limits of the scale from markers, of the search for markers, and of the check that they are level with the face. Each
@@ -90,8 +90,8 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     (left, low), (right, high) = true_mm.min(axis=0).tolist(), true_mm.max(axis=0).tolist()
     places = places_px(fit.view, face_mm or (left, low, right, high))
     mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
-    miss_mm = np.linalg.norm(fit.view.to_mm(seen_px) - true_mm, axis=1)
-    residual_mm = float(np.sqrt(np.mean(miss_mm**2)))
+    miss_mm = lengths(fit.view.to_mm(seen_px) - true_mm)
+    residual_mm = rms(miss_mm)
     if residual_mm > max(RESIDUAL_MM, RESIDUAL_PX * mm_per_px):
         worst = markers[int(np.argmax(miss_mm)) // CORNERS].id
         raise InputError(
@@ -233,7 +233,7 @@ def _detected(image: NDArray[np.uint8], side_px: int, dictionary: str) -> list[t
     corners, ids, _ = cv2.aruco.ArucoDetector(_dictionary(dictionary), parameters).detectMarkers(copy)
     if ids is None:
         return []
-    quads = (np.array(corners, dtype=float).reshape(-1, 4, 2) + 0.5) / shrink - 0.5
+    quads = (np.array(corners, float).reshape(-1, 4, 2) + 0.5) / shrink - 0.5
     return [(int(number), quad) for number, quad in zip(ids.ravel(), quads, strict=True)]
 
 

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.geometry.polyline import Box, cross, project
+from digitise.geometry.polyline import Box, project
+from sealtwin.core.arrays import Floats, cross, rms
 from sealtwin.core.facts import Facts
-from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
 MAX_SPREAD_DEG = 1.0  # A tilt with a larger standard deviation is not reported. A phone's level is as uncertain
@@ -41,7 +41,7 @@ class Lens:
         camera[:2, 2] = self.centre_px
         ends = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)
         bend = np.array([self.bend_px2, 0, 0, 0])
-        seen_px = np.asarray(seen_px, dtype=float)[:, None]
+        seen_px = np.asarray(seen_px, float)[:, None]
         return cv2.undistortPoints(seen_px, camera, bend, P=camera, criteria=ends)[:, 0].astype(float)
 
 
@@ -116,7 +116,7 @@ class Fit:
     def spread_of_scale(self, places_px: Floats) -> float:
         """Return the relative standard deviation of the local scale, as RMS over ``places_px`` in the photo."""
         spread = self.spread(lambda view: np.log(view.mm_per_px_at(places_px)))
-        return float(np.sqrt(np.mean(spread**2)))
+        return rms(spread)
 
 
 def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> Fit:
@@ -180,7 +180,7 @@ def fit_view(seen_px: Floats, true_mm: Floats, start: View) -> View:
 
 
 def _inverse(matrix: NDArray[Any]) -> Floats:
-    return np.asarray(np.linalg.inv(matrix), dtype=float)
+    return np.asarray(np.linalg.inv(matrix), float)
 
 
 def find_tilt(

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from manifold3d import CrossSection, JoinType, OpType
 
-from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import Box, depth_inside, nearest_side
 from digitise.geometry.region import box_region, pieces
 from digitise.solid.footprint import Footprint
+from sealtwin.core.arrays import normals
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Booleans, FaceLabel, Floats, Integers
 from sealtwin.core.solid_figures import DamBox
@@ -24,7 +24,7 @@ def label_faces(
 ) -> Integers:
     """Return a ``FaceLabel`` for each face, (f,), from the plane that contains the face. Faces in no plane are WALL."""
     corners, box = vertices_mm[faces], footprint.block_mm
-    label = np.full(len(faces), FaceLabel.WALL, dtype=np.int64)
+    label = np.full(len(faces), FaceLabel.WALL, np.int64)
     for end in footprint.ends:
         if end.kind == "cut":
             label[_within((corners[:, :, :2] - end.centre_mm) @ end.facing, 0.0)] = FaceLabel.END
@@ -38,7 +38,7 @@ def label_faces(
 
 def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> Booleans:
     """Label the faces in the planes of the block's sides. Return a mask that is True for these faces, (f,)."""
-    normal, labelled = normals(corners_mm), np.zeros(len(label), dtype=bool)
+    normal, labelled = normals(corners_mm), np.zeros(len(label), bool)
     for side in range(4):
         in_plane = _within(corners_mm[:, :, side % 2], box_mm[side])
         outward = (normal[:, side % 2] < 0) == (side < 2)
@@ -111,7 +111,7 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
 def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
     """Return the box of a plate outside the block's side. It covers an opening and an overlap, up to the corners."""
     along, across = 1 - side % 2, side % 2
-    box_mm, opening_mm = np.array(block_mm, dtype=float), at_side[:, along]
+    box_mm, opening_mm = np.array(block_mm, float), at_side[:, along]
     reach_mm = np.array([opening_mm.min() - DAM_OVERLAP_MM, opening_mm.max() + DAM_OVERLAP_MM])
     box_mm[[along, along + 2]] = np.clip(reach_mm, block_mm[along], block_mm[along + 2])
     box_mm[[across, across + 2]] = block_mm[side] + DAM_THICKNESS_MM * np.array([-1, 0] if side < 2 else [0, 1])

@@ -6,8 +6,8 @@ import numpy as np
 import trimesh
 from manifold3d import Manifold
 
-from digitise.geometry.mesh_topology import directed_edges, normals
-from sealtwin.core.records import Floats, Integers
+from digitise.geometry.mesh_topology import directed_edges
+from sealtwin.core.arrays import Floats, Integers, lengths, normals
 
 DUST_MM3 = 1e-3
 WELD_DIGITS = 5  # Vertices that agree to this many decimals of a mm are joined. This is float32's step at 160 mm
@@ -39,7 +39,7 @@ def tidy(body: Manifold) -> tuple[Floats, Integers]:
 def arrays_of(body: Manifold) -> tuple[Floats, Integers]:
     """Return the vertices, (v, 3), and faces, (f, 3), of a body."""
     mesh = body.to_mesh64()
-    return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
+    return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, np.int64)
 
 
 def welded(vertices: Floats, faces: Integers, digits: int) -> tuple[Floats, Integers, Integers]:
@@ -57,14 +57,14 @@ def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers
     """Return the edges of a closed mesh that are shorter than a limit, shortest first, (n, 2)."""
     edges = directed_edges(faces)
     edges = edges[edges[:, 0] < edges[:, 1]]
-    length_mm = np.linalg.norm(np.subtract(*vertices[edges.T]), axis=1)
+    length_mm = lengths(np.subtract(*vertices[edges.T]))
     order = np.argsort(length_mm)
     return edges[order[length_mm[order] < limit_mm]]
 
 
 def _collapsed(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
     """Collapse edges shorter than a limit to one of their ends, unless this changes topology or shape."""
-    edges, faces, present = _edges_below(vertices, faces, limit_mm), faces.copy(), np.ones(len(faces), dtype=bool)
+    edges, faces, present = _edges_below(vertices, faces, limit_mm), faces.copy(), np.ones(len(faces), bool)
     users: defaultdict[int, set[int]] = defaultdict(set)
     for row in np.flatnonzero(np.isin(faces, edges).any(axis=1)).tolist():
         for vertex in faces[row].tolist():
@@ -92,8 +92,8 @@ def _swept_mm3(vertices: Floats, faces: Integers, gone: int, target: int, limit_
     """
     corners = vertices[faces]
     old, new = normals(corners), normals(vertices[np.where(faces == gone, target, faces)])
-    double_mm2 = np.linalg.norm(old, axis=1)
-    turned = (old * new).sum(axis=1) < 0.5 * double_mm2 * np.linalg.norm(new, axis=1)
+    double_mm2 = lengths(old)
+    turned = (old * new).sum(axis=1) < 0.5 * double_mm2 * lengths(new)
     # Needles thinner than the collapsed edge have no reliable direction.
     longest_mm = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     if (turned & (double_mm2 > limit_mm * longest_mm)).any():
@@ -111,7 +111,7 @@ def without_needles(vertices_mm: Floats, faces: Integers) -> Integers:
     for _ in range(MAX_ROUNDS):
         corners_mm = vertices_mm[faces]
         edges_mm = np.linalg.norm(np.roll(corners_mm, -1, axis=1) - corners_mm, axis=2)
-        needles = np.flatnonzero(np.linalg.norm(normals(corners_mm), axis=1) <= NEEDLE_MM * edges_mm.max(axis=1))
+        needles = np.flatnonzero(lengths(normals(corners_mm)) <= NEEDLE_MM * edges_mm.max(axis=1))
         beside = np.flatnonzero(np.isin(faces, faces[needles]).any(axis=1))
         edges = map(tuple, directed_edges(faces[beside]).tolist())
         face_of = dict(zip(edges, np.repeat(beside, 3).tolist(), strict=True))

@@ -12,7 +12,6 @@ from scipy.spatial import Delaunay, KDTree
 from digitise.geometry.mesh_topology import open_edges
 from digitise.geometry.polyline import (
     Box,
-    at_arc_length,
     left_normals,
     nearest_side,
     rectangle,
@@ -22,7 +21,8 @@ from digitise.geometry.polyline import (
 )
 from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
 from digitise.settings import CrackShape
-from sealtwin.core.arc_length import arc_length, arc_length_at
+from sealtwin.core.arc_length import arc_length, arc_length_at, at_arc_length
+from sealtwin.core.arrays import lengths
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
 from sealtwin.core.records import Floats, Outline
@@ -109,7 +109,7 @@ class Sides:
         share = (leftward > 0).astype(float)
         for tip in self.tips:
             left_deg = np.degrees(np.arctan2(outward @ tip.to_left, outward @ tip.outward))
-            around = np.linalg.norm(place_mm - tip.centre_mm, axis=1) < self.tip_reach_mm
+            around = lengths(place_mm - tip.centre_mm) < self.tip_reach_mm
             around &= np.abs(left_deg) < TURNOVER_DEG
             share[around] = 0.5 + left_deg[around] / (2 * TURNOVER_DEG)
         return share
@@ -205,8 +205,8 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     )
     beyond = CrossSection.batch_boolean([stopper for _, stopper in beyond_ends], OpType.Add) ^ block
     if ((traced ^ block) - beyond).area() < PIECE_MM2:
-        lengths = ", ".join(f"{value:g}" for value in block_mm)
-        raise InputError(f"No part of the crack is on the face, ({lengths}) mm. Check ends_px and face_mm.")
+        limits = ", ".join(f"{value:g}" for value in block_mm)
+        raise InputError(f"No part of the crack is on the face, ({limits}) mm. Check ends_px and face_mm.")
     breadth_mm = KDTree(outline.centreline_mm).query(np.vstack(traced.to_polygons()))[0].max()
     return Footprint(
         crack=crack,
@@ -235,7 +235,7 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
     # The first stations of the walls are square to the centreline. If the crack is oblique, they are not on the side.
     at_side = ring_mm[np.abs(ring_mm[:, side % 2] - block_mm[side]) < ON_SIDE_MM]
     # An end at 10 degrees to the side opens over six crack widths of the side.
-    at_side = at_side[np.linalg.norm(at_side - end.centre_mm, axis=1) < 6 * width_mm]
+    at_side = at_side[lengths(at_side - end.centre_mm) < 6 * width_mm]
     if len(at_side) < 2:
         return end
     leftward = at_side @ end.to_left
@@ -323,7 +323,7 @@ def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm:
     across_mm = np.arange(-np.ceil(reach_mm / STATION_MM), np.ceil(reach_mm / STATION_MM) + 1) * STATION_MM
     # At its ends, the line continues with the same curvature.
     along = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1)
-    square = to_left(along) / np.linalg.norm(along, axis=1)[:, None]
+    square = to_left(along) / lengths(along)[:, None]
     places_mm = (line_mm[:, None] + across_mm[:, None] * square[:, None]).reshape(-1, 2)
     straying_mm = np.abs(arc_length_at(places_mm, line_mm) - np.repeat(own_mm, len(across_mm)))
     # The corners of dams need a depth too.

@@ -7,12 +7,12 @@ by one would leave fins.
 import numpy as np
 from manifold3d import Manifold, Mesh64, OpType
 
-from digitise.geometry.polyline import cross, to_left
+from digitise.geometry.polyline import to_left
 from digitise.geometry.region import box_region, prism
 from digitise.settings import CrackShape
 from digitise.solid.dams import Dam
 from digitise.solid.footprint import Footprint
-from sealtwin.core.records import Floats
+from sealtwin.core.arrays import Floats, cross, lengths
 
 MITRE_DEG = 8.0  # Angle of a facet of a fan at a corner. The facets add 0.08 % to a rough cavity, and with 10°, 0.1 %
 BELOW_MM = 1.0  # Overlap of bodies that end at another body. Coincident planes would leave slivers
@@ -35,7 +35,7 @@ def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
         onward = np.roll(ring, -1, axis=0)
         step = onward - ring
         # Normal of the edge from each point to the next. It points inward, because the region is on the ring's left.
-        normal = to_left(step) / np.linalg.norm(step, axis=1)[:, None]
+        normal = to_left(step) / lengths(step)[:, None]
         shift_mm = np.full(len(ring), left_mm)
         if left_mm != right_mm:
             share = footprint.sides.left_share((ring + onward) / 2, -normal)

@@ -23,6 +23,7 @@ from digitise.photo import Photo, read_pixels, scaled
 from digitise.scale.marker_scale import PRINTED_MM, board_around, seen_markers
 from digitise.settings import (
     MAX_VIA,
+    Clicks,
     Dictionary,
     PhotoInput,
     Pixel,
@@ -67,7 +68,7 @@ class Hints(PageSettings):
 
     ends_px: PixelPair | None = None
     crack: int | None = None
-    via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MAX_VIA)
+    via_px: Clicks | None = Field(default=None, max_length=MAX_VIA)
     roi_px: Region | None = None
     walls_px: Walls | None = None
     branches: Literal["drop", "keep"] | None = None
@@ -278,7 +279,7 @@ class TraceSession:
             return painted_path(photo, settings.ends_px)
         return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
 
-    def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
+    def _wire(self, photo: Photo, roi_px: Clicks | None) -> LiveWire:
         """Return the map for path searches. The map is cached, because computing it takes longer than a search."""
         if photo.face_mm is None and not photo.markers_px:
             # If there are no face and no markers, the scale does not change the search.

@@ -149,7 +149,7 @@ class _Crack:
         """Return the arc lengths on the line at which the crack begins and ends."""
         s_mm, span_mm = arc_length(line_mm), []
         for end, crossing in zip(ends, _crossings(self.photo, line_mm, ends), strict=True):
-            near_mm = s_mm[KDTree(line_mm).query(self.photo.to_mm(end.place_px[None])[0])[1]]
+            near_mm = s_mm[KDTree(line_mm).query(self.photo.to_mm(end.place_px))[1]]
             if crossing is not None:
                 near_mm = crossing.s_mm
             elif end.kind == "closed":
@@ -227,8 +227,8 @@ def _straight_on(wall_mm: Floats, has_step: Booleans, ends: Ends) -> Floats:
 
 def _shown_span_mm(photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats], span_mm: Span) -> Span:
     """Return the longest part of a span with both walls in the photo. Raises InputError if that part is too short."""
-    both_mm, (width, height) = np.concatenate(walls_mm), photo.size_px
-    outside = depth_inside(photo.to_px(both_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
+    both_mm = np.concatenate(walls_mm)
+    outside = photo.depth_px(photo.to_px(both_mm)) < BORDER_PX
     if photo.face_mm is not None:
         # Beyond the edge of the face, walls are not needed.
         outside &= depth_inside(both_mm, photo.face_mm) > 0

@@ -10,13 +10,13 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
-from digitise.geometry.polyline import depth_inside, resampled
+from digitise.geometry.polyline import resampled
 from digitise.image.raster import Mask, draw_line, filled_polygon, sampled, window_around
 from digitise.photo import Photo
 from digitise.settings import PhotoInput
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import Booleans, Floats, lengths
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Booleans, Floats
 
 # Constants of drawn lines. "widths" are widths of the path.
 #
@@ -57,7 +57,7 @@ def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
     for line in _lines(photo, path, settings, width_px):
         low, window = window_around(line.place_px, max(REACH * width_px, REACH_PX), photo.size_px)
         line_px, foot = line.place_px - low, line.foot_px - low
-        outward = (line_px - foot) / np.maximum(np.linalg.norm(line_px - foot, axis=1), 1.0)[:, None]
+        outward = (line_px - foot) / np.maximum(lengths(line_px - foot), 1.0)[:, None]
         beyond_px = line_px + width_px * outward
         for marked, other, beside_px in ((crack, ground, foot), (ground, crack, beyond_px)):
             area = _between(light[window].shape, line_px, beside_px)
@@ -84,7 +84,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float)
     lines = []
     for number, points_px in enumerate(settings.walls_px or (), start=1):
         line_px, name = np.array(points_px, float), f"photo.walls_px, line {number}"
-        if depth_inside(line_px, (-0.5, -0.5, width - 0.5, height - 0.5)).min() < 0:
+        if photo.depth_px(line_px).min() < -0.5:
             raise InputError(
                 f"{photo.file}: {name}, leaves the photo of {width} x {height} px. Draw it inside the photo."
             )

@@ -11,13 +11,13 @@ import numpy as np
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import pieces, radius
 from digitise.crack_path.profiles import finite_median, profiles_across
-from digitise.geometry.polyline import at_arc_length, depth_inside, extended, left_normals, to_left, unit
+from digitise.geometry.polyline import depth_inside, extended, left_normals, to_left, unit
 from digitise.image.raster import Mask, blurred, draw_line
 from digitise.photo import EDGE_PX, Photo, in_copy, smaller
 from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
+from sealtwin.core.arrays import Booleans, Floats, lengths
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Booleans, Floats
 from sealtwin.core.solid_figures import EndKind, Span
 
 STEP_PX = 0.25  # Spacing of samples along the line at a tip
@@ -146,9 +146,8 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
         if edge_px.min() <= 2 * EDGE_PX:
             return PathEnd("open", end_px, ahead)
     away_px = reached_px - end_px
-    width, height = photo.size_px
-    goes_on = np.linalg.norm(away_px, axis=1).max() > GOES_ON * width_px
-    if goes_on or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
+    goes_on = lengths(away_px).max() > GOES_ON * width_px
+    if goes_on or photo.depth_px(reached_px).min() <= 1:
         return PathEnd("cut", end_px, ahead)
     # The tip is the farthest dark pixel ahead, or the middle of a blunt end.
     extent_px, aside = away_px @ ahead, to_left(ahead)
@@ -165,14 +164,14 @@ def _dark_ahead_px(
     dark_px = np.column_stack([columns, rows]).astype(float) + patch.offset_px
     away_px = dark_px - end_px
     # A strip behind the end is included, so that a bright speck on the end does not separate it from the crack.
-    near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= LOOK_AHEAD * width_px)
+    near = (away_px @ ahead > -0.5 * width_px) & (lengths(away_px) <= LOOK_AHEAD * width_px)
     near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
     crack = np.zeros(patch.soft.shape, bool)
     crack[rows[near], columns[near]] = True
     label = pieces(crack)[0][rows[near], columns[near]]
     if len(label) == 0:
         return dark_px[near]
-    return dark_px[near][label == label[np.argmin(np.linalg.norm(away_px[near], axis=1))]]
+    return dark_px[near][label == label[np.argmin(lengths(away_px[near]))]]
 
 
 MAX_BEYOND = 0.05  # Fraction of the traced length by which a crack may continue without a warning
@@ -189,9 +188,9 @@ REST_WIDTHS = 1.5  # The rest of the crack must begin within this many widths of
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
     """Return a warning for each end that a click cut, if the photo shows much more of the crack beyond the end."""
     length_px = arc_length(line_px)[-1]
-    last_px, warnings = np.array(photo.size_px) - 1, []
+    warnings = []
     for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
-        if kind != "cut" or depth_inside(inward_px[:1], (0, 0, *last_px))[0] < AT_BORDER * (width_px + 2):
+        if kind != "cut" or photo.depth_px(inward_px[0]) < AT_BORDER * (width_px + 2):
             continue
         beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
         if beyond_px > max(MAX_BEYOND * length_px, MIN_BEYOND * width_px, MIN_BEYOND_PX):
@@ -208,7 +207,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     """Return the length of the dark band that continues from the line's first point, away from the line, in px."""
     part_px = inward_px[: max(2, int(np.searchsorted(arc_length(inward_px), LAST * width_px)))]
     profiles = profiles_across(photo, part_px, width_px, GROUND_BESIDE[1] * width_px + 4)
-    away_px = np.abs(profiles.offset_px)
+    away_px = profiles.away_px
     ground = finite_median(profiles.light[:, away_px > GROUND_BESIDE[0] * width_px + 2])
     threshold = (ground + finite_median(profiles.light[:, away_px <= max(width_px / 4, 1.0)])) / 2
     factor = max(1, int(width_px / WORK_PX), -(-max(photo.size_px) // LARGEST_PX))
@@ -233,4 +232,4 @@ def _farthest(dark: Mask, end: Floats, ahead: Floats, width: float) -> float:
     if not near.any():
         return 0.0
     start = np.flatnonzero(near)[np.argmax(away[near] @ ahead)]
-    return float(np.linalg.norm(away[number == number[start]], axis=1).max())
+    return float(lengths(away[number == number[start]]).max())

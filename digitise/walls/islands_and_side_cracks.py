@@ -33,6 +33,7 @@ from digitise.image.raster import (
     blurred,
     continued,
     draw_line,
+    median_of,
     resized,
     scaled_down,
     shrunk,
@@ -154,8 +155,7 @@ def _share(light: Map, sample: Booleans, way: Floats, width: float) -> Map:
     draw_line(on_path, (way + 0.5) * scale - 0.5)
     away = distance_outside(on_path > 0) / (width * scale)
     inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
-    dark = float(np.median(small[inside])) if inside.any() else 0.0
-    usual = float(np.median(small[beside])) if beside.any() else 0.0
+    dark, usual = median_of(small[inside]), median_of(small[beside])
     # Side cracks and pores are not mortar.
     mortar = beside & (small > (2 * dark + usual) / 3)
     sigma = SPREAD * width * scale

@@ -7,10 +7,10 @@ import numpy as np
 
 from digitise.crack_path.candidates import FoundCrack
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import at_arc_length, places_beside, resampled
+from digitise.geometry.polyline import places_beside, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
-from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.arrays import Pixels
 from sealtwin.core.records import Floats, Outline, Trajectory
 
@@ -196,6 +196,6 @@ def straight_view(photo: Photo, outline: Outline) -> Pixels:
     half_px = max(1, round(STRAIGHT_AROUND * outline.mean_width_mm / mm_per_px))
     across_mm = np.arange(half_px, -half_px - 1, -1) * (s_mm[1] - s_mm[0])
     places_mm = places_beside(at_arc_length(outline.centreline_mm, outline.s_mm, s_mm), across_mm)
-    x, y = np.moveaxis(photo.to_px(places_mm.reshape(-1, 2)).reshape(places_mm.shape).astype(np.float32), 2, 0)
+    x, y = np.moveaxis(photo.to_px(places_mm).astype(np.float32), 2, 0)
     straight = cv2.remap(photo.image, x.T, y.T, cv2.INTER_LINEAR, None, cv2.BORDER_CONSTANT, (255,) * 3)
     return np.asarray(straight, np.uint8)

@@ -171,7 +171,7 @@ def _windows(photo: Photo, patch: Patch, line_px: Floats, places_px: Floats, cut
     place_px = places_beside(line_px, places_px)
     # The photo is used instead of the patch, whose blur would hide most of a thin crack.
     light = np.maximum(sampled(photo.brightness, place_px, cv2.INTER_CUBIC).astype(float), DARKEST)
-    shown = patch.on_sample(place_px, photo.to_mm(place_px.reshape(-1, 2)).reshape(place_px.shape)).all(axis=1)
+    shown = patch.on_sample(place_px, photo.to_mm(place_px)).all(axis=1)
     mean = np.add.reduceat(light, cuts[:-1], axis=0) / np.diff(cuts)[:, None]
     return mean, np.logical_and.reduceat(shown, cuts[:-1])
 

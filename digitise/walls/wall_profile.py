@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 from scipy.special import ndtri
 
 from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, places_beside, tangents
-from digitise.image.raster import Map, Mask, blurred, sampled, window_around
+from digitise.image.raster import Map, Mask, blurred, median_of, sampled, window_around
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Booleans, Floats, Integers
@@ -149,7 +149,7 @@ def straighten(photo: Photo, patch: Patch, line_mm: Floats, ray: Floats, step_mm
     count = int(np.ceil(reach_mm / step_mm))
     offset_mm = np.arange(-count, count + 1.0) * step_mm
     place_mm = places_beside(line_mm, offset_mm, ray)
-    place_px = photo.to_px(place_mm.reshape(-1, 2)).reshape(place_mm.shape)
+    place_px = photo.to_px(place_mm)
     return Strip(line_mm, ray, offset_mm, patch.light(place_px), patch.on_sample(place_px, place_mm), photo.mm_per_px)
 
 
@@ -252,7 +252,7 @@ def _levels(strip: Strip, width_mm: float, over: int) -> tuple[Floats, Floats]:
     # A tip is narrower than the band, so that the band includes mortar there.
     dark = np.minimum(dark, np.median(dark))
     beside = strip.valid & (distance > MORTAR[0] * width_mm) & (distance < MORTAR[1] * width_mm)
-    usual = float(np.median(strip.light[beside])) if beside.any() else 0.0
+    usual = median_of(strip.light[beside])
     # In wide parts of the crack, the band beside it includes crack.
     mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
     return dark, steadied(outward(strip, np.where(mortar, strip.light, np.nan)), over)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.plain_files import read_columns
@@ -48,8 +48,7 @@ class WeighedFill(Settings):
     flush_sd_mm: float = Field(default=0.1, gt=0, le=10)
     """Standard deviation of a level of 0, which the reflection on the liquid's surface makes visible."""
 
-    @model_validator(mode="after")
-    def _file_or_columns(self) -> Self:
+    def _check(self) -> None:
         kinds = [value is not None for value in (self.file, self.mass_g, self.level_mm)]
         mass_g, level_mm = self.mass_g or (), self.level_mm or ()
         if kinds not in ([True, False, False], [False, True, True]) or len(mass_g) != len(level_mm):
@@ -59,7 +58,6 @@ class WeighedFill(Settings):
             )
         if fault := _fall({"mass_g": mass_g, "level_mm": level_mm}):
             raise ValueError(f"{fault[1]}, row {fault[0] + 1}: {fault[2]}")
-        return self
 
     def loaded(self, folder: Path) -> Self:
         """Return the fill with its columns instead of their file, which is in ``folder``.

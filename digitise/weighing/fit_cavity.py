@@ -21,6 +21,7 @@ from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.moved_walls import shape_by_weight, widened
+from sealtwin.core.arrays import midpoints
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.records import Booleans, Floats, Outline
@@ -156,7 +157,7 @@ def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Fl
     moved = shape.model_copy(update={"wall_angle_deg": _angle_deg(abs(about[CLOSING]))})
     slicer = Slicer(lay_out(outline, moved, max(wall_shifts_mm(moved))), moved)
     at_mm = np.linspace(0.0, shape.deepest_mm, SLICES + 1)
-    middle_mm2 = [slicer.cavity(depth_mm).area() for depth_mm in (at_mm[1:] + at_mm[:-1]) / 2]
+    middle_mm2 = [slicer.cavity(depth_mm).area() for depth_mm in midpoints(at_mm)]
     below_mm3 = np.cumsum(middle_mm2[::-1])[::-1] * at_mm[1]
     sections_mm3 = replace(walls, scale=np.ones(len(at_mm)), scale_at_mm=at_mm).volume_mm3(-at_mm[:-1], about)
     # A funnel may have closed above the deepest slices.
@@ -245,7 +246,7 @@ def _result(
     def brim_mm3(unknown: Floats) -> float:
         return float(walls.volume_mm3(np.zeros(1), unknown)[0])
 
-    middle_mm3, gradient = brim_mm3(off), np.asarray(approx_fprime(off, brim_mm3, 1e-6), dtype=float)
+    middle_mm3, gradient = brim_mm3(off), np.asarray(approx_fprime(off, brim_mm3, 1e-6), float)
     half_mm3 = NORMAL_95 * float(np.linalg.norm(gradient @ fit.root))
     degrees = INWARD.get(shape.tilt, 0.0) * np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4))
     steps = np.array([1.0, degrees, 1.0])[:, None] * fit.root

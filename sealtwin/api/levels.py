@@ -157,7 +157,7 @@ def _sheet_of(rows: Any, names: list[Any] | None, keywords: Mapping[str, Any]) -
     if useless := [name for name in OF_A_FILE if keywords.get(name) not in (None, "mm")]:
         raise InputError(f"read_readings: {useless[0]} describes the format of a file; omit it for an array.")
     try:
-        numbers = np.asarray(rows, dtype=np.float64)
+        numbers = np.asarray(rows, np.float64)
     except (TypeError, ValueError):
         raise InputError(
             "read_readings: the rows must have the same length and contain only numbers. Use NaN for a missing "

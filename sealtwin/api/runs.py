@@ -9,7 +9,7 @@ from digitise.robots.cell import ProgramOptions
 from digitise.settings import NozzlePath
 from sealtwin.api import FilePath, content_of, of_one_crack, require_kinds, settings_from, shown_progress, warn
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory
 from sealtwin.core.settings import checked, doubts_of
 from sealtwin.core.settings_text import keywords_of
@@ -31,7 +31,7 @@ class PlannedPath(Trajectory):
     """Settings with which the path was planned."""
 
     @property
-    def doubts(self) -> tuple[Fact, ...]:
+    def doubts(self) -> Facts:
         """Warnings about settings outside their usual ranges."""
         return doubts_of(self.settings)
 

@@ -42,7 +42,7 @@ class SweepResult:
         """Return a column of numbers, (runs,). Missing values are NaN. Raises InputError for an unknown name."""
         if name not in self.rows[0]:
             raise InputError(f"column: there is no column {name!r}; the columns are {', '.join(self.rows[0])}.")
-        return np.array([np.nan if row[name] is None else row[name] for row in self.rows], dtype=float)
+        return np.array([np.nan if row[name] is None else row[name] for row in self.rows], float)
 
 
 def sweep(

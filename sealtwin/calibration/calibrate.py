@@ -22,9 +22,9 @@ from sealtwin.calibration.search import (
     settings_at,
 )
 from sealtwin.core import files
+from sealtwin.core.arrays import Floats, rms
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
-from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, require_own
 from sealtwin.material import material_text
 from sealtwin.study.runner import StudyOptions
@@ -288,7 +288,7 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
     if not len(levels_mm):
         return None
     read_mm = result.posterior.evidence[trial].level_mm
-    return float(np.sqrt(np.mean((levels_mm.mean(axis=0) - read_mm) ** 2)))
+    return rms(levels_mm.mean(axis=0) - read_mm)
 
 
 def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:

@@ -19,7 +19,7 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.run_figures import RunHealth
-from sealtwin.core.settings import checked
+from sealtwin.core.settings import checked, without_none
 from sealtwin.study import study_folder
 from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_file import PlannedRun
@@ -119,7 +119,7 @@ class _Search:
             for point in np.unique(self.points, axis=0):
                 alike = np.flatnonzero((self.points == point).all(axis=1)).tolist()
                 again = {f"{number + 1} (seed + {number})": levels_mm[number] for number in alike}
-                done = {name: level_mm for name, level_mm in again.items() if level_mm is not None}
+                done = without_none(again)
                 require_different(done.values(), list(done), source.name)
 
     def posterior(self) -> tuple[Posterior, list[BasisReach]]:

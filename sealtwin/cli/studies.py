@@ -175,13 +175,14 @@ def plan(
 def swept_lines(swept: dict[str, Any]) -> list[str]:
     """Return the printed lines for a sweep. ``swept`` is the object that --json prints."""
     from validate.readings.grid import listed
+    from validate.units import settings_words
 
     runs, best = swept["runs"], swept["best"]
     counts = ", ".join(f"{number} {state}" for state, number in swept["states"].items() if number)
     lines = [f"{swept['name']}: {len(runs)} runs, {counts}.", *swept["other_versions"]]
     lines += [*filter(None, [swept["screening"]]), *swept["fluid_warnings"]]
     if best is not None:
-        settings, error = _settings_text(best["settings"]), f"{best['mean_error_mm']:.2f} mm on average"
+        settings, error = settings_words(best["settings"]), f"{best['mean_error_mm']:.2f} mm on average"
         lines.append(f"Nearest to the readings: run {best['number']} ({settings}), {error}.")
         lines += filter(None, [best["against_baselines"]])
     if unranked := [f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in swept["not_ranked"]]:
@@ -189,7 +190,7 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
     failed = [run for run in runs if run["state"] == "failed"]
     for run in failed[:MAX_NAMED]:
         settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
-        lines.append(f"failed: run {run['number']} ({_settings_text(settings)}): {run['reason']}")
+        lines.append(f"failed: run {run['number']} ({settings_words(settings)}): {run['reason']}")
     if len(failed) > MAX_NAMED:
         lines.append(f"failed: {len(failed) - MAX_NAMED} more runs.")
     return [*lines, f"Folder: {swept['folder']}"]
@@ -217,9 +218,3 @@ def compared_lines(content: dict[str, Any], page: "Page") -> list[str]:
     for name, values in content["differing"].items():
         lines.append(f"{name}: {'; '.join(setting_words(value) for value in values)}")
     return [*page.cautions, page.finding, *lines, f"Page: {content['page']}"]
-
-
-def _settings_text(settings: dict[str, Any]) -> str:
-    from validate.units import setting_words
-
-    return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())

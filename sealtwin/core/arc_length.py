@@ -2,15 +2,24 @@
 
 import numpy as np
 
-from sealtwin.core.arrays import Floats
+from sealtwin.core.arrays import Floats, lengths
 
 STRETCH = 8  # Number of consecutive segments that are searched together; it affects only the speed
 
 
+def step_lengths(points: Floats) -> Floats:
+    """Return the distance of each point from the next one, (n - 1,)."""
+    return lengths(np.diff(points, axis=0))
+
+
 def arc_length(points_mm: Floats) -> Floats:
     """Return the distance of each point of an open polyline from the first one, measured along the polyline, (n,)."""
-    steps = np.linalg.norm(np.diff(points_mm, axis=0), axis=1)
-    return np.cumulative_sum(steps, include_initial=True)
+    return np.cumulative_sum(step_lengths(points_mm), include_initial=True)
+
+
+def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
+    """Interpolate each column of ``values`` linearly at ``stations``. The values are given at arc lengths ``s``."""
+    return np.column_stack([np.interp(stations, s, column) for column in values.T])
 
 
 def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:

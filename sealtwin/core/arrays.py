@@ -1,4 +1,4 @@
-"""Types of the arrays in records, checks of arrays that are read from JSON, and the display of records in notebooks."""
+"""Types of arrays, arithmetic of arrays, checks of arrays that are read from JSON, and records shown in notebooks."""
 
 from collections.abc import Mapping
 from html import escape
@@ -41,7 +41,7 @@ class HasSummary:
 def _finite(value: Any) -> Floats:
     """Return a list as an array. Raises ValueError if it is not a list of finite numbers."""
     try:
-        numbers = np.array(value, dtype=float)
+        numbers = np.array(value, float)
     except TypeError:
         raise ValueError("should be a list of numbers") from None
     if numbers.ndim == 0 or not np.isfinite(numbers).all():
@@ -54,6 +54,24 @@ def _points(value: Any) -> Floats:
     if points.ndim != 2 or points.shape[1] != 2:
         raise ValueError("should be a list of points [x, y]")
     return points
+
+
+def cross(first: NDArray[np.floating], second: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return the vertical component of cross products, (...).
+
+    It is positive if the second vector is to the left of the first in plan view.
+    """
+    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+
+
+def normals(corners: Floats) -> Floats:
+    """Return the normal of each triangle, (f, 3). Its length is twice the triangle's area. ``corners`` is (f, 3, 3)."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def lengths(vectors: NDArray[np.number]) -> Floats:
+    """Return the length of each row, (n,)."""
+    return np.linalg.norm(vectors, axis=1)
 
 
 def unit(vectors: Floats) -> Floats:
@@ -73,10 +91,21 @@ def require_as_long(record: object, first: str, *others: str) -> None:
 def counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
     """Return each index k ``count[k]`` times, and for these copies the numbers first[k], first[k] + 1, and so on.
 
-    Both arrays have length ``count.sum()``.
+    A negative count is 0.
     """
+    count = np.maximum(count, 0)
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)
+
+
+def rms(values: Floats) -> float:
+    """Return the root mean square of all values."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def midpoints(values: Floats) -> Floats:
+    """Return the means of successive values or rows, (n - 1, ...)."""
+    return (values[1:] + values[:-1]) / 2
 
 
 AS_LIST = PlainSerializer(np.ndarray.tolist, when_used="json")

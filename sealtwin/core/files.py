@@ -16,10 +16,9 @@ import numpy as np
 from pydantic_core import from_json, to_json
 
 from sealtwin.core import plain_files
-from sealtwin.core.arrays import Pixels
+from sealtwin.core.arrays import Floats, Pixels
 from sealtwin.core.errors import InputError, naming
 from sealtwin.core.plain_files import LARGEST_HASHED_BYTES
-from sealtwin.core.records import Floats
 
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 MISSING = re.compile(r"(?<=,)(?=,|\r?$)|^(?=,)", re.MULTILINE)  # Pattern of an empty field in a CSV
@@ -147,6 +146,11 @@ def sha256(path: Path) -> str:
     """Return the SHA-256 hash of a file. Raises InputError for a device, a pipe or a file that is too large."""
     with naming(path), plain_files.opened(path, LARGEST_HASHED_BYTES) as content:
         return hashlib.file_digest(content, "sha256").hexdigest()
+
+
+def hashes(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Return the hash of each named file in a folder."""
+    return {name: sha256(folder / name) for name in names}
 
 
 def read_text(path: Path) -> str:

@@ -123,7 +123,7 @@ def _read_scene(content: bytes, kind: str, listed: float | None = None) -> Trian
             f"it lists {listed:g} faces, but {count} triangles can be read; the file is incomplete or has polygons"
         )
     mesh = scene.to_mesh()
-    return _checked(np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64))
+    return _checked(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
 
 
 def _read_stl(content: bytes) -> Triangles:

@@ -7,7 +7,7 @@ from bisect import bisect_right
 from contextlib import AbstractContextManager
 from typing import Literal
 
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Fact, Facts
 
 LINE_EVERY_S = 10.0  # Time between two lines in a log, in s
 TENTH = 0.1  # Fraction of the work after which the remaining time is estimated
@@ -67,7 +67,7 @@ class Progress(AbstractContextManager["Progress"]):
     def note(self, text: str) -> None:
         """Show a line to the user at once."""
 
-    warned: tuple[Fact, ...] = ()
+    warned: Facts = ()
     """Facts that have been shown."""
 
     def warn(self, fact: Fact, word: Word = "note") -> None:

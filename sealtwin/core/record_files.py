@@ -12,11 +12,11 @@ from typing_extensions import TypedDict
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 from sealtwin.core.mesh_file import load_trimesh, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Sample, Sections, Solid, Trajectory
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
-from sealtwin.core.solid_figures import SolidFigures
+from sealtwin.core.solid_figures import Box, SolidFigures
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
@@ -87,8 +87,8 @@ class Simulation(Result, FilledBy):
     settings: RunSettings
     health: RunHealth
     fast_fill: FastFill | None = Field(default=None, validation_alias="bed")
-    remarks: tuple[Fact, ...] = ()
-    doubts: tuple[Fact, ...] = ()
+    remarks: Facts = ()
+    doubts: Facts = ()
 
     @model_validator(mode="after")
     def _has_sealant(self) -> Self:
@@ -110,7 +110,7 @@ class SolidFile(Result):
     tilt: str
     wall_angles_deg: tuple[float, float]
     depth_mm: float
-    block_mm: tuple[float, float, float, float]
+    block_mm: Box
     cavity_volume_mm3: float
     sections: Sections
     face_label: Annotated[str, Field(pattern="^[0-4]*$")]
@@ -177,7 +177,7 @@ def read_solid(folder: Path) -> Solid:
     return Solid(
         vertices_mm=mesh.vertices,
         faces=mesh.faces,
-        face_label=np.array([int(digit) for digit in content.face_label], dtype=np.int64),
+        face_label=np.array([int(digit) for digit in content.face_label], np.int64),
         **{name: getattr(content, name) for name in SolidFile.model_fields.keys() - {"face_label"}},
         figures=read_record(SolidFigures, path),
     )
@@ -185,12 +185,14 @@ def read_solid(folder: Path) -> Solid:
 
 def write_trajectory(folder: Path, trajectory: Trajectory) -> None:
     """Write trajectory.csv, and for other programs trajectory.txt with "x y z" in mm in each line."""
-    rows = np.column_stack(
-        [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
-    )
-    files.write_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS, rows)
+    files.write_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS, trajectory_rows(trajectory))
     lines = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in trajectory.position_mm]
     files.write_text(folder / "trajectory.txt", "\n".join(lines) + "\n")
+
+
+def trajectory_rows(path: Trajectory) -> Floats:
+    """Return the rows of trajectory.csv, with the columns ``TRAJECTORY_COLUMNS``."""
+    return np.column_stack([path.t_s, path.position_mm, path.s_mm, path.speed_mm_s, path.flow_mm3_s])
 
 
 def read_trajectory(folder: Path) -> Trajectory:

@@ -28,14 +28,15 @@ from sealtwin.core.arrays import (
     Integers,
     Numbers,
     Points,
+    lengths,
     require_as_long,
     unit,
 )
 from sealtwin.core.doubts import Doubt, ReadSheet
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.scan_figures import Scan
-from sealtwin.core.solid_figures import EndKind, SolidFigures, Span
+from sealtwin.core.solid_figures import Box, EndKind, SolidFigures, Span
 
 FACING = 0.98  # A line between the walls counts as perpendicular if it deviates by up to 11 degrees (cosine)
 
@@ -125,13 +126,13 @@ class Outline(HasSummary):
     right_wall_px: Points
     outline_px: Points
     ends: tuple[EndKind, EndKind]
-    face_mm: tuple[float, float, float, float] | None
+    face_mm: Box | None
     """x_min, y_min, x_max, y_max of the sample's face. None if unknown."""
     mm_per_px: float  # Local scale at the middle of the crack
     scale_source: str  # Description of the scale, such as "8 ArUco markers" or "given: 0.35 mm/px (assumed)"
     scale_residual_mm: float | None  # RMS misfit at the scale's control points. None if there are none
     path_source: PathSource
-    warnings: tuple[Fact, ...] = ()
+    warnings: Facts = ()
     islands_mm: tuple[Points, ...] = ()  # Clockwise rings around parts inside the outline that are not crack
     bands_mm: tuple[Points, ...] = ()
     """Rings around bands along the walls that may or may not belong to the crack, for example debris.
@@ -201,7 +202,7 @@ class Outline(HasSummary):
         mean is used from the end to the nearest point at which the walls face each other.
         """
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
-        width_mm = np.linalg.norm(across_mm, axis=1)
+        width_mm = lengths(across_mm)
         # A centreline made by hand may reverse at a point. No direction is perpendicular to it there.
         ahead = unit(np.gradient(self.centreline_mm, axis=0))
         square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])
@@ -281,7 +282,7 @@ class Solid(HasSummary):
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3)
     face_label: Integers  # (f,), FaceLabel values
-    block_mm: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the block. Dams may be outside this box
+    block_mm: Box  # x_min, y_min, x_max, y_max of the block. Dams may be outside this box
     depth_mm: float  # Largest depth of the cavity
     tilt: str  # Kind of the walls' tilt, or "modelled" for a mesh whose walls have no constant angle
     wall_angles_deg: tuple[float, float]  # Angles of the left and the right wall from the vertical
@@ -300,7 +301,7 @@ class Solid(HasSummary):
         }
 
     @property
-    def doubts(self) -> tuple[Fact, ...]:
+    def doubts(self) -> Facts:
         """Reasons why the solid may be wrong."""
         return self.figures.warnings
 
@@ -394,9 +395,9 @@ class Run(HasSummary, Bed, FilledBy):
     device: str
     health: RunHealth  # Figures that show whether the run is reliable: density error, neighbours, iterations, times
     fast_fill: FastFill | None = None
-    remarks: tuple[Fact, ...] = ()  # Sealant properties that the run cannot represent, found before the first frame
+    remarks: Facts = ()  # Sealant properties that the run cannot represent, found before the first frame
     level: "Profile | None" = None  # Level computed by the fast model. None for a run with particles
-    doubts: tuple[Fact, ...] = ()  # Warnings about settings outside their usual ranges
+    doubts: Facts = ()  # Warnings about settings outside their usual ranges
     made_of: Origins = ()
 
     @property

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, get_args
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
 
 Method = Literal["particles", "slot"]
 """Method that fills a crack.
@@ -77,7 +77,7 @@ class FastFill(BaseModel):
     mound_mm: float  # Height of the mound that remains at the nozzle's last position
     fill: float  # Dispensed volume divided by the volume of the crack
     above_mm: float  # Highest level above the face. 0 if the level stays below the face
-    unfit: tuple[Fact, ...]  # Reasons why the model is not valid for this case. Empty if it is valid
+    unfit: Facts  # Reasons why the model is not valid for this case. Empty if it is valid
 
 
 class FilledBy:
@@ -91,6 +91,6 @@ class FilledBy:
         return self.fast_fill is None
 
     @property
-    def unfit(self) -> tuple[Fact, ...]:
+    def unfit(self) -> Facts:
         """Reasons why the fast model is not valid for this case. Empty for a run with particles."""
         return () if self.fast_fill is None else self.fast_fill.unfit

@@ -21,7 +21,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from sealtwin.core.errors import BusyError, InputError, as_text
-from sealtwin.core.files import is_temporary, read_json, sha256, write_json, write_text
+from sealtwin.core.files import hashes, is_temporary, read_json, sha256, write_json, write_text
 
 MANIFEST = "manifest.json"
 LOCK = ".lock"
@@ -117,7 +117,7 @@ class RunFolder:
             "settings": settings,
             "inputs": inputs,
             "given": from_user,
-            "outputs": {name: sha256(self.path / name) for name in outputs},
+            "outputs": hashes(self.path, outputs),
             "wall_time_s": round(wall_time_s, 3),
             "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
             "versions": versions(),
@@ -235,6 +235,7 @@ def require_own(path: Path, marker: str, maker: str) -> None:
 
 @cache
 def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages. They are cached, because a study may compute 20,000 keys."""
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
@@ -282,7 +283,7 @@ def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
 
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: Mapping[str, int]) -> str:
     """Return the key of a result: a hash of its inputs, its settings, the package version and the stage numbers."""
-    return content_key({"inputs": inputs, "settings": settings, "version": _own_version(), "numbers": numbers})
+    return content_key({"inputs": inputs, "settings": settings, "version": versions()["sealtwin"], "numbers": numbers})
 
 
 def content_key(content: Mapping[str, Any]) -> str:
@@ -304,9 +305,3 @@ def other_numbers(recorded: Mapping[str, int], current: Mapping[str, int]) -> st
     before = {stage: number for stage, number in numbers.items() if number != current[stage]}
     now = {stage: current[stage] for stage in before}
     return f"{number_words(before)}, while this version has {number_words(now)}" if before else ""
-
-
-@cache
-def _own_version() -> str:
-    """Return the version of this package. It is cached: parsing takes 1 ms, and a study may compute 20,000 keys."""
-    return version("sealtwin")

@@ -8,13 +8,13 @@ import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Discriminator, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
 from sealtwin.core.errors import InputError, as_text
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.settings_text import text_of_table
 
@@ -56,6 +56,14 @@ class Settings(BaseModel, metaclass=KeywordTables):
         # A quoted number such as "16" is refused as a mistake.
         strict=True,
     )
+
+    def _check(self) -> None:
+        """Raise ValueError if the settings contradict each other. Subclasses override this method."""
+
+    @model_validator(mode="after")
+    def _checked(self) -> Self:
+        self._check()
+        return self
 
     def __repr_args__(self) -> Iterator[tuple[str, Any]]:
         """Yield only the settings that the user gave. The others have their defaults."""
@@ -160,7 +168,7 @@ def checked(
             f"{as_text(path)}: the name is not UTF-8, so a trial file cannot refer to it. Rename the file."
         )
     try:
-        values = {name: value for name, value in content.items() if value is not None}
+        values = without_none(content)
         # When they read JSON, strict types accept a list as a tuple and a string as a path.
         text = json.dumps(values, default=as_json)
     except ValueError:
@@ -172,6 +180,11 @@ def checked(
         named = origin or (lambda _: str(path))
         faults, types = _faults(kind, fault.errors()), {error["type"] for error in fault.errors()}
         raise SettingsFaults([f"{named(key)}: {text}" for key, text in faults], faults, types) from None
+
+
+def without_none(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries that are not None."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def as_json(value: Any) -> Any:
@@ -292,6 +305,11 @@ def _settings_in(annotation: Any) -> type[Settings] | None:
     return next(filter(None, map(_settings_in, getattr(annotation, "__args__", ()))), None)
 
 
+ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several")
+"""Discriminator of a table that is given by a file's name or by its columns. A validation error refers to the form that
+the user gave."""
+
+
 class Likely(NamedTuple):
     """Usual range of a setting. A value outside the range is allowed, but leads to a warning: its unit may be wrong."""
 
@@ -319,7 +337,7 @@ class Likely(NamedTuple):
         return [doubt(f"setting.{name}", text, value, self.unit)]
 
 
-def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> tuple[Fact, ...]:
+def doubts_of(*tables: Settings | None, width_mm: float | None = None) -> Facts:
     """Return a warning for each setting outside its usual range.
 
     Without ``width_mm``, the crack's mean width, settings whose range depends on it are not checked.

@@ -6,7 +6,8 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, with_config
 
-from sealtwin.core.facts import Fact
+from sealtwin.core.facts import Facts
+from sealtwin.core.settings import without_none
 
 EndKind = Literal["open", "closed", "cut"]
 """Kind of a crack's end.
@@ -15,6 +16,7 @@ open: at the edge of the face; closed: a tip; cut: the user cut a longer crack h
 
 Point = tuple[float, float]
 Span = tuple[float, float]  # Smallest and largest value
+Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ class MeshOrigin:
 
     file: str
     triangles_read: int
-    sample_from_file: tuple[tuple[float, float, float, float], ...]
+    sample_from_file: tuple[Box, ...]
     """Matrix that transforms coordinates of the file to coordinates of the sample, both in mm, (4, 4)."""
     face_tilt_deg: float
     face_roughness_mm: float
@@ -87,7 +89,7 @@ class WeighedCavity:
     steps: tuple[tuple[float, float, float], ...]
     """Cholesky factor (lower triangular) of the covariance matrix of width, angle and depth."""
     volume_95_mm3: Span
-    findings: tuple[Fact, ...] = ()  # Contradictions between the fill, the photo and the declared tilt
+    findings: Facts = ()  # Contradictions between the fill, the photo and the declared tilt
 
     def __str__(self) -> str:
         """Return each fitted quantity in words, with twice its standard deviation."""
@@ -124,9 +126,9 @@ class SolidFigures:
     sealant_mm3: float | None = None
     cavity_to_sealant: float | None = None
     path: PathFigures | None = None
-    warnings: tuple[Fact, ...] = ()
+    warnings: Facts = ()
 
     def recorded(self) -> dict[str, Any]:
         """Return the figures that apply, as they are written to solid.json."""
-        dams = [{key: value for key, value in asdict(dam).items() if value is not None} for dam in self.dams]
-        return {key: value for key, value in asdict(self).items() if value is not None} | {"dams": dams}
+        dams = [without_none(asdict(dam)) for dam in self.dams]
+        return without_none(asdict(self)) | {"dams": dams}

@@ -16,9 +16,9 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from sealtwin.core.arrays import Floats, Integers, lengths
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_bytes, write_bytes, write_text
-from sealtwin.core.records import Floats, Integers
 
 TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "UInt8": np.dtype("u1")}
 BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'
@@ -50,7 +50,7 @@ class Frame:
 
     @property
     def speed_mm_s(self) -> Floats:
-        return np.linalg.norm(self.velocity_mm_s, axis=1)
+        return lengths(self.velocity_mm_s)
 
 
 def write_frame(path: Path, frame: Frame) -> None:

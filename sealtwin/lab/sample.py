@@ -11,7 +11,7 @@ from digitise.settings import LARGEST_FILE_BYTES, SCALES
 from sealtwin.core import files
 from sealtwin.core.doubts import Doubt, Location, ReadSheet
 from sealtwin.core.errors import InputError
-from sealtwin.core.settings import SettingsFaults, checked
+from sealtwin.core.settings import SettingsFaults, checked, without_none
 from sealtwin.lab.catalogue import Record
 from sealtwin.lab.files import (
     ANSWERS,
@@ -319,7 +319,7 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
             remedy = "Delete the key, and choose the file in the pairing file."
             sample.ask(Doubt("setting", note.origins[key], finding, remedy))
         settings[key] = file and _copy_of(role, file)
-    return {key: value for key, value in settings.items() if value is not None}
+    return without_none(settings)
 
 
 def _origin_of(sample: LabSample, key: str) -> Location:

@@ -1,10 +1,10 @@
 """Fit a paste's Herschel-Bulkley law, or a Bingham line, to a rheometer's flow curve at the shear rates of a fill."""
 
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
@@ -51,14 +51,12 @@ class FlowCurve(PasteSettings):
             raise ValueError(f"{ends[0]:g} to {ends[1]:g} is not a range; give the smaller number first")
         return ends
 
-    @model_validator(mode="after")
-    def _density_is_known(self) -> Self:
+    def _check(self) -> None:
         if self.spread_of_density > self.density_kg_m3 / 2:
             raise ValueError(
                 f"density_error_kg_m3 is {self.spread_of_density:g}, more than half of density_kg_m3 = "
                 f"{self.density_kg_m3:g}; give the standard uncertainty of the density, or omit density_error_kg_m3"
             )
-        return self
 
 
 def material_of_table(path: Path, paste: FlowCurve) -> MeasuredPaste:

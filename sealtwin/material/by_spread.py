@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
@@ -62,11 +62,9 @@ class Heap(PasteSettings):
             )
         return cone_mm
 
-    @model_validator(mode="after")
-    def _has_an_amount(self) -> Self:
+    def _check(self) -> None:
         if self.mass_g is None and self.cone_mm is None:
             raise ValueError("the amount of paste is missing; give mass_g, or cone_mm if the cone was full")
-        return self
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sealtwin.core.records import Floats
+from sealtwin.core.solid_figures import Span
 from sealtwin.material import PasteValue
 
 TORQUE = 0.03  # Relative standard uncertainty of all stresses together: calibration, edge and filling of the gap
@@ -54,7 +55,7 @@ class FlowLaw:
         return 100 * self.viscous_pa.error / self.viscous_pa.value if self.viscous_pa.value > 0 else np.inf
 
     def stress_pa(self, rate_per_s: Floats | float) -> Floats:
-        rate = np.asarray(rate_per_s, dtype=float)
+        rate = np.asarray(rate_per_s, float)
         return self.yield_stress_pa.value + self.consistency_pa_s_n.value * rate**self.flow_index.value
 
 
@@ -111,7 +112,7 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
     free = curve.best(curve.fit)
     allowed = free.squares + curve.variance(free) * float(t.ppf(0.975, len(rate) - 3)) ** 2
 
-    def interval(value: float, bounds: tuple[float, float], fit: Callable[[float], _Fit]) -> tuple[float, float]:
+    def interval(value: float, bounds: Span, fit: Callable[[float], _Fit]) -> Span:
         return _ends(value, bounds, lambda value: fit(value).squares - allowed)
 
     n_ends = interval(free.n, (MIN_N, MAX_N), curve.fit)
@@ -139,7 +140,7 @@ def fit_flow_law(rate: Floats, stress: Floats) -> FlowLaw:
     )
 
 
-def _ends(best: float, bounds: tuple[float, float], beyond: Callable[[float], float]) -> tuple[float, float]:
+def _ends(best: float, bounds: Span, beyond: Callable[[float], float]) -> Span:
     """Return the values below and above ``best`` at which ``beyond`` crosses 0, or the bounds if it does not."""
     from scipy.optimize import brentq
 
@@ -152,7 +153,7 @@ def _ends(best: float, bounds: tuple[float, float], beyond: Callable[[float], fl
     return crossing(bounds[0]), crossing(bounds[1])
 
 
-def _value(value: float, free: float, ends: tuple[float, float], common: float) -> PasteValue:
+def _value(value: float, free: float, ends: Span, common: float) -> PasteValue:
     """Return ``value`` with an interval that includes the relative standard uncertainty ``common`` to all rows.
 
     ``ends`` is the interval around ``free``, the value of the fit with a free n. The result includes ``value``.

@@ -14,6 +14,7 @@ from digitise.robots.cell import PumpTable, RobotCell
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import midpoints
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile, Sample, Trajectory
 from simulate.pour import Pour
@@ -78,7 +79,7 @@ class Knots:
         part = self.path.giving
         steps = slice(part.start, part.stop - 1)
         way_mm = arc_length(self.path.position_mm[part])
-        middle = (way_mm[1:] + way_mm[:-1]) / 2 / way_mm[-1] * (self.count - 1)
+        middle = midpoints(way_mm) / way_mm[-1] * (self.count - 1)
         knots = np.arange(self.count)
         flow, speed = (np.exp(np.interp(middle, knots, part_of)) for part_of in self.parts(plan)[:2])
         lasts_s = np.diff(self.path.t_s)

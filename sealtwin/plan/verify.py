@@ -191,7 +191,7 @@ class Verifier:
             run = WantedRun(number, {"path": label, "seed": seed}, trial, poured, home, {}, depends)
             write_sample(self.folder, run)
             digitised = self.folder / "samples" / home
-            inputs = {file: files.sha256(digitised / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
+            inputs = files.hashes(digitised, ("outline.json", "crack.ply", "trajectory.csv"))
             wanted.append(replace(run, inputs=inputs))
         asked, largest, _ = schedule(wanted, self.device, numbers_up_to("simulate"))
         merged = {run.key: run for run in (*asked, *self._runs)}.values()

@@ -64,13 +64,17 @@ def slowness(runs: Iterable[StudyRun]) -> float:
     return sum(wall_s for _, wall_s in timed) / sum(work_s for work_s, _ in timed) if timed else 1.0
 
 
+def waiting_s(runs: Iterable[StudyRun]) -> float:
+    """Return the estimated time of the waiting runs in s."""
+    return sum(run.work_s for run in runs if run.state == "waiting")
+
+
 def time_left_s(runs: Sequence[StudyRun], jobs: int, elapsed_s: Sequence[float] = ()) -> float:
     """Return the time in s until the waiting runs are finished with ``jobs`` processes.
 
     ``elapsed_s`` are the times since the start of the runs that are being computed.
     """
-    waiting_s = slowness(runs) * sum(run.work_s for run in runs if run.state == "waiting")
-    return max(0.0, waiting_s - sum(elapsed_s)) / max(1, jobs)
+    return max(0.0, slowness(runs) * waiting_s(runs) - sum(elapsed_s)) / max(1, jobs)
 
 
 def require_memory(largest: RunSize, free_bytes: float, device: str, batch: int) -> None:

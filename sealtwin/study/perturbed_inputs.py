@@ -15,7 +15,7 @@ from digitise.weighing.moved_walls import moved_depth, shape_by_weight, walls_ap
 from sealtwin.core import record_files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile, Run, Sample
 from sealtwin.core.run_figures import PARTICLES
@@ -237,7 +237,7 @@ def takes_draws(base: Base) -> bool:
     return not fast_level(base)[1]
 
 
-def fast_level(base: Base) -> tuple[Profile | None, tuple[Fact, ...]]:
+def fast_level(base: Base) -> tuple[Profile | None, Facts]:
     """Return the level that the fast model computes for a trial, and why the fast model is not valid for the trial.
 
     The level is None if the fast model does not support the paste.

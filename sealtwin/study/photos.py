@@ -347,7 +347,7 @@ def _thumbnail(overlay: Path) -> str:
     import cv2
     import numpy as np
 
-    picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), dtype=np.uint8), cv2.IMREAD_COLOR)
+    picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), np.uint8), cv2.IMREAD_COLOR)
     if picture is None:
         raise InputError(f"{overlay}: the picture cannot be read. Digitise again.")
     shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))

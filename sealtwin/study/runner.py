@@ -18,7 +18,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.core.run_folder import content_key, stage_key
-from sealtwin.study.estimate import RunSize, checked_size, require_memory, slowness, time_left_s
+from sealtwin.study.estimate import RunSize, checked_size, require_memory, slowness, time_left_s, waiting_s
 from sealtwin.study.study_file import raise_faults
 from sealtwin.study.study_folder import (
     FILL,
@@ -204,7 +204,7 @@ def launch(
     """Do ``work`` for the waiting runs, and return all runs with their outcomes."""
     function, arguments, keep = work
     current = {run.key: run for run in runs}
-    work_s = sum(run.work_s for run in runs if run.state == "waiting")
+    work_s = waiting_s(runs)
     # The unit is a hundredth of a second, since a progress bar counts whole steps.
     progress.start(title, max(1, round(100 * work_s)))
     launches = {group[0].key: group for group in _groups(runs, options.batch)}
@@ -223,10 +223,9 @@ def launch(
             elapsed_s = [time.monotonic() - began_s[key] for key in launches if key in began_s]
             progress.expect(time_left_s(runs, min(jobs, len(launches)), elapsed_s))
             progress.later(slowness(runs) * options.later_s)
-        waiting_s = sum(run.work_s for run in runs if run.state == "waiting")
         states = Counter(run.state for run in runs)
         counts = ", ".join(f"{states[state]} {state}" for state in STATES if state in states)
-        progress.advance(round(100 * (work_s - waiting_s)), counts)
+        progress.advance(round(100 * (work_s - waiting_s(runs))), counts)
 
     def show_during_runs() -> None:
         while not ended.wait(SHOWN_EVERY_S):

@@ -5,9 +5,9 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.settings import MAX_FAULTS, Settings, read_settings
@@ -54,12 +54,10 @@ class Rows(Settings):
     rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MAX_RUNS)]
     """One row for each run, with a value for each column."""
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check(self) -> None:
         for number, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
                 raise ValueError(f"row {number} has {len(row)} values, but columns has {len(self.columns)} settings")
-        return self
 
 
 class Study(Settings):
@@ -75,8 +73,7 @@ class Study(Settings):
     """Values of each setting. All combinations are run, and the setting that is given first varies slowest."""
     list: Rows | None = None
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check(self) -> None:
         if (self.grid is None) == (self.list is None):
             raise ValueError("give either [grid] or [list] for the settings that vary")
         varied, runs, _ = self._design()
@@ -88,7 +85,6 @@ class Study(Settings):
             raise ValueError(f"grid.{empty[0]}: the list of values is empty; give at least one value")
         if runs > MAX_RUNS:
             raise ValueError(f"there are {runs} runs, but at most {MAX_RUNS} are allowed")
-        return self
 
     def _design(self) -> tuple[tuple[str, ...], int, Iterable[tuple[Any, ...]]]:
         """Return the names of the varied settings, the number of runs, and the values for each run."""

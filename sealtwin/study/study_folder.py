@@ -15,7 +15,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator, with_co
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact, texts
+from sealtwin.core.facts import Facts, texts
 from sealtwin.core.record_files import Amount, Count, Result, as_record, read_profile, read_record
 from sealtwin.core.records import FROM_JSON, Profile
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
@@ -50,9 +50,9 @@ class RunFigures(RunErrors):
     particles: Count | None = None
     escaped_particles: Count | None = None
     spilled_particles: Count | None = None
-    unfit: tuple[Fact, ...] = ()
+    unfit: Facts = ()
     volume_ratio: Amount
-    fluid_warnings: tuple[Fact, ...]
+    fluid_warnings: Facts
     health: RunHealth = RunHealth()
 
 

@@ -149,7 +149,7 @@ def _wanted(
     names = [*DIGITISED, *([] if readings is None else [f"{INPUTS}/{readings.path.name}"])]
     homes = {name: folder / "samples" / name for name in dict.fromkeys(samples.values())}
     digitised = {name: record_files.read_sample(home) for name, home in homes.items()}
-    inputs = {name: {file: files.sha256(home / file) for file in names} for name, home in homes.items()}
+    inputs = {name: files.hashes(home, names) for name, home in homes.items()}
     wanted = list[WantedRun]()
     for run in planned:
         name = samples[run.number]

@@ -119,7 +119,7 @@ def origin_of(folder: Path, trial: str, outline: Outline, names: Sequence[str]) 
         "trial": trial,
         "run": folder.resolve().name,
         "path_source": outline.path_source,
-        "inputs": {name: files.sha256(folder / name) for name in names},
+        "inputs": files.hashes(folder, names),
         "edited_by_hand": [],
     }
 
@@ -147,7 +147,7 @@ def write_programs(
     renamed = _clear_own(target, texts) if run is None else run.clear("robot")
     for name, text in texts.items():
         files.write_text(target / name, text)
-    report["files"] = {name: files.sha256(target / name) for name in texts}
+    report["files"] = files.hashes(target, texts)
     files.write_json(target / REPORT, report)
     return report, renamed
 

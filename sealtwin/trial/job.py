@@ -14,6 +14,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, UNNUMBERED, RunFolder, other_numbers
+from sealtwin.core.settings import without_none
 from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, trial_text
 from validate.settings import Readings
 
@@ -159,7 +160,7 @@ def sample_files(trial: Trial) -> dict[str, Path]:
     """Return the files that show the crack, by the setting that names the file. Paths are as in the trial file."""
     named = {role: getattr(trial.shown_by, role, None) for role in FILES_OF_A_SAMPLE}
     named |= {"scan": trial.crack and trial.crack.scan}
-    return {role: file for role, file in named.items() if file is not None}
+    return without_none(named)
 
 
 def require_sample(trial: Trial, source: Path) -> None:
@@ -269,7 +270,7 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
         job.progress.warn(
             doubt("file.edited", f"{name}: was edited after {stage} wrote it; the edited file is used.", name)
         )
-    return {name: files.sha256(job.path / name) for name in names}
+    return files.hashes(job.path, names)
 
 
 def display_path(path: Path) -> str:

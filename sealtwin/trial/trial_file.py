@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from digitise.settings import NO_SCALE, CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError, present
@@ -87,8 +87,7 @@ class Trial(Settings):
         """Return None for one run, so that trials with ``seeds = 1`` and without ``seeds`` are equal."""
         return None if seeds == 1 else seeds
 
-    @model_validator(mode="after")
-    def _one_sample(self) -> Self:
+    def _check(self) -> None:
         if self.mesh is not None and (self.photo is not None or self.crack is not None):
             raise ValueError(
                 "[mesh] cannot be combined with [photo] or [crack], since a mesh already has depth and walls; give "
@@ -98,10 +97,6 @@ class Trial(Settings):
             raise ValueError("[photo] or [mesh] is missing; give one of them to show the crack")
         if self.photo is not None and self.crack is None and not self.photo.path_only:
             raise ValueError("[crack] is missing; give crack.depth_mm, since a photo does not show the depth")
-        return self
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
         face = self.photo and self.photo.face_mm
         if face is not None and self.nozzle.diameter_mm >= min(face):
             raise ValueError(
@@ -138,7 +133,6 @@ class Trial(Settings):
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
         if unknown := [name for name in fitted if name not in SETTINGS]:
             raise ValueError(f"readings.fitted: {'; '.join(map(no_such_setting, unknown))}")
-        return self
 
     @property
     def shown_by(self) -> PhotoInput | MeshInput:

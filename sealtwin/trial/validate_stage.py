@@ -53,7 +53,7 @@ def bring_up_to_date(job: Job) -> bool:
     inputs = {
         **made_by(job, "digitise", (*DIGITISED, OVERLAY, STRAIGHT)),
         **made_by(job, "simulate", SIMULATED),
-        **{name: files.sha256(job.path / name) for name in snapshots_of(job)},
+        **files.hashes(job.path, snapshots_of(job)),
     }
     sheets = {}
     if trial.readings is not None and job.sheet is not None:
@@ -62,10 +62,10 @@ def bring_up_to_date(job: Job) -> bool:
     inputs |= sheets
     spread = read_spread(job)
     if spread is not None:
-        inputs |= {SPREAD: files.sha256(job.path / SPREAD)}
+        inputs |= files.hashes(job.path, [SPREAD])
     if trial.seeds is not None:
         read_level(job)
-        inputs |= {name: files.sha256(job.path / name) for name in OF_SEEDS}
+        inputs |= files.hashes(job.path, OF_SEEDS)
     settings = stage_settings(trial, "validate")
 
     sheet, numbers = sheet_of(job), job.numbers("validate")

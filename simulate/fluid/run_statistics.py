@@ -20,7 +20,7 @@ class RunStatistics:
         self.owner: list[NDArray[np.integer]] = []  # Run of each of these particles, ascending within a sample
         self.solves = array("q")  # Number of iterations by substep and run. Empty if frames are replayed.
         self.moving = array("q")  # Number of moving particles by frame and run
-        self.neighbours = np.zeros(runs, dtype=np.int64)  # Length of the longest neighbour list, by run
+        self.neighbours = np.zeros(runs, np.int64)  # Length of the longest neighbour list, by run
         self.frames_s = 0.0
 
     def add(self, engine: FluidSolver, solves: Sequence[Integers], sampled: bool) -> None:
@@ -39,8 +39,8 @@ class RunStatistics:
         return {
             "seen_density": np.concatenate([np.zeros(0, np.float32), *self.density]),
             "seen_owner": np.concatenate([np.zeros(0, np.int32), *self.owner]),
-            "seen_solves": np.array(self.solves, dtype=np.int64),
-            "seen_moving": np.array(self.moving, dtype=np.int64),
+            "seen_solves": np.array(self.solves, np.int64),
+            "seen_moving": np.array(self.moving, np.int64),
             "seen_neighbours": self.neighbours.copy(),
             "seen_frames_s": np.array(self.frames_s),
         }

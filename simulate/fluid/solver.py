@@ -122,7 +122,9 @@ class FluidSolver:
         self.lists = neighbour_lists(rows, walls.position_and_share, device, packed=native, lanes=launcher.lanes)
         self._lacking = reader(self.lists.lacking)
         self.can_sleep = any(fluid.yields for fluid in fluids) and settings.sleep
-        self.needs_shear_rate = any(fluid.depends_on_shear or fluid.by_age is not None for fluid in fluids)
+        self.needs_shear_rate = any(
+            fluid.yields or fluid.flow_index != 1 or fluid.by_age is not None for fluid in fluids
+        )
         """True if the viscosity of particles depends on their shear rate or age. The viscosity is then computed in each
         substep."""
         self.iterations = [iterations_for(settings, fluid, frame_s, substeps) for fluid in fluids]

@@ -116,12 +116,12 @@ class State:
     def find_places(self) -> None:
         """Compute ``index``, the inverse of ``number``."""
         index = np.empty(self.count, np.int32)
-        index[np.asarray(self.number.numpy(), dtype=np.int64)] = np.arange(self.count, dtype=np.int32)
+        index[np.asarray(self.number.numpy(), np.int64)] = np.arange(self.count, dtype=np.int32)
         self.index.assign(index)
 
     def by_release(self, column: wp.array) -> Any:
         """Return a copy of an array that has a value for each particle, sorted into the order of release."""
-        values, release_index = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
+        values, release_index = column.numpy(), np.asarray(self.number.numpy(), np.int64)
         ordered = np.empty_like(values)
         ordered[release_index] = values
         return ordered

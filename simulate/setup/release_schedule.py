@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sealtwin.core.arc_length import at_arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Trajectory
 from simulate.settings import Fluid, Nozzle, particle_volume
@@ -95,7 +96,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     frame_s = trajectory.duration_s / frames
     ends_s = trajectory.t_s[0] + frame_s * np.arange(1, frames + 1)
     wanted = np.interp(ends_s, trajectory.t_s, asked_mm3) / asked_mm3[-1] * particles
-    released = np.zeros(frames, dtype=np.int64)
+    released = np.zeros(frames, np.int64)
     out = 0
     for frame in range(frames):
         # Because of the tolerance, rounding errors do not start a release.
@@ -106,7 +107,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     frame_of = np.searchsorted(released, np.arange(particles), side="right")
     batch_start = np.concatenate([[0], released[:-1]])[frame_of]
     at_s = ends_s[frame_of] - frame_s
-    tip_mm = np.column_stack([np.interp(at_s, trajectory.t_s, x) for x in trajectory.position_mm.T])
+    tip_mm = at_arc_length(trajectory.position_mm, trajectory.t_s, at_s)
     flow = _flow_as_it_leaves(trajectory, ends_s, frame_s)[frame_of]
     places_mm = places_of_releases(disc_mm, radius_mm, diameter_mm, seed, frames)
     x, y = places_mm[frame_of, np.arange(particles) - batch_start].T

@@ -50,11 +50,6 @@ class Rheology(NamedTuple):
         return np.array([[self.viscous_weight, self.yield_cm2_s2]])
 
     @property
-    def depends_on_shear(self) -> bool:
-        """True if the viscosity depends on the shear rate."""
-        return self.yields or self.flow_index != 1
-
-    @property
     def yields(self) -> bool:
         """True if the paste has a yield stress at some age."""
         return bool(self.course[:, 1].any())

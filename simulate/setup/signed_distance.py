@@ -137,7 +137,7 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
     top = solid.face_label == FaceLabel.TOP
     flat = np.abs(solid.vertices_mm[solid.faces[top]][:, :, 2]).max(initial=0.0) <= RAISED_MM
     if top.all() or not top.any() or not flat:
-        return np.zeros(len(middle_mm), dtype=bool)
+        return np.zeros(len(middle_mm), bool)
     others = _mesh(solid, solid.faces[~top], device)
     # If no other triangle is within this distance, the face is the nearest surface in the whole block and around it.
     reach_mm = half_diagonal_mm + np.abs(middle_mm[:, 2]) + block_mm / 2

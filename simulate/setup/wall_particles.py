@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
+from sealtwin.core.arrays import lengths, normals
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, build_barrier
@@ -127,9 +128,9 @@ def _chosen(points: Floats, apart: float) -> Floats:
     """Choose points greedily in their order, each at least ``apart`` from all points chosen before."""
     count = len(points)
     pairs = KDTree(points).query_pairs(apart, output_type="ndarray")
-    earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
-    undecided = np.ones(count, dtype=np.int32)
-    chosen = np.zeros(count, dtype=np.int32)
+    earlier = csr_array((np.ones(len(pairs), np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
+    undecided = np.ones(count, np.int32)
+    chosen = np.zeros(count, np.int32)
     while undecided.any():
         chosen[(undecided > 0) & (earlier @ undecided == 0)] = 1
         undecided[(chosen > 0) | (earlier @ chosen > 0)] = 0
@@ -149,16 +150,16 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
 
     ``spacing_mm`` is the spacing of the lattice. Triangles without an area get no point.
     """
-    normal = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
-    length = np.linalg.norm(normal, axis=1)
+    normal = normals(triangles_mm)
+    length = lengths(normal)
     face = np.flatnonzero(length > 0)
     unit = normal[face] / length[face, None]
     axes = _axes(unit)
     corner = np.einsum("fck,fak->fca", triangles_mm[face], axes) / spacing_mm - SHIFT
     across = corner[:, :, 0]
     first, last = np.ceil(across.min(axis=1)), np.floor(across.max(axis=1))
-    row, which = whole_numbers(first.astype(np.int64), last.astype(np.int64))
-    column, line = whole_numbers(*_crossed(corner[which], row))
+    which, row = whole_numbers(first.astype(np.int64), last.astype(np.int64))
+    line, column = whole_numbers(*_crossed(corner[which], row))
     node, which = np.column_stack([row[line], column]), which[line]
     height = np.einsum("fk,fk->f", triangles_mm[face, 0], unit)
     lot = _lots(node)
@@ -182,7 +183,7 @@ def _axes(normal: Floats) -> Floats:
     along = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
     level = np.abs(normal[:, 2]) > LEVEL
     along[level] = np.array([1.0, 0.0, 0.0]) - normal[level, :1] * normal[level]
-    along /= np.linalg.norm(along, axis=1)[:, None]
+    along /= lengths(along)[:, None]
     across = np.cross(normal, along)
     cosine, sine = np.cos(TURN), np.sin(TURN)
     return np.stack([cosine * along + sine * across, cosine * across - sine * along], axis=1)

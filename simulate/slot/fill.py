@@ -19,6 +19,7 @@ import numpy as np
 from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIssue]
 
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import midpoints
 from sealtwin.core.records import Floats, Integers, Outline, Solid, Trajectory, unit
 from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.settings import LEVEL, SampleSlope
@@ -194,7 +195,7 @@ def supplied_mm3(
     moment_s = np.linspace(begin_s, end_s, SAMPLES * len(times_s) + 1)
     given_mm3 = np.cumulative_sum(trajectory.given_mm3, include_initial=True)
     volume_mm3 = np.diff(np.interp(moment_s, trajectory.t_s, given_mm3))
-    middle_s = (moment_s[1:] + moment_s[:-1]) / 2
+    middle_s = midpoints(moment_s)
     speed_mm_s = volume_mm3 / np.diff(moment_s) / (np.pi / 4 * nozzle_mm**2)
     height_mm = np.maximum(np.interp(middle_s, trajectory.t_s, trajectory.position_mm[:, 2]) - surface_mm, 0.0)
     pull_mm_s2 = GRAVITY_MM_S2 * down[1]
@@ -223,8 +224,8 @@ def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[F
     """Return gravity's direction: components along the crack at boundaries of cells, (n - 1,), and into the sample."""
     x, y, z = slope.down
     ahead = unit(np.diff(outline.centreline_mm, axis=0))
-    middle_mm = (arc_length(outline.centreline_mm)[1:] + arc_length(outline.centreline_mm)[:-1]) / 2
-    faces_mm = (sections.s_mm[1:] + sections.s_mm[:-1]) / 2
+    middle_mm = midpoints(arc_length(outline.centreline_mm))
+    faces_mm = midpoints(sections.s_mm)
     return np.interp(faces_mm, middle_mm, ahead @ np.array([x, y])), -z
 
 
@@ -253,7 +254,7 @@ class _Bed:
             coupled = share * self._weight / sections.step_mm * stiff
             width_mm[:-1] += coupled
             width_mm[1:] += coupled
-            change_mm = np.asarray(dptsv(width_mm, -coupled, -left_mm2)[2], dtype=float)
+            change_mm = np.asarray(dptsv(width_mm, -coupled, -left_mm2)[2], float)
             before, there_mm = float(left_mm2 @ change_mm), height_mm
             for _ in range(MAX_HALVED):
                 there_mm = height_mm + change_mm

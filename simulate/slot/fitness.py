@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from sealtwin.core.facts import Fact, doubt
+from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.slot.fill import CELLS, MOUND, HerschelBulkley
 from simulate.slot.narrows import narrows
@@ -47,7 +47,7 @@ class Fitness:
     """Arc length of the position that adds most drag."""
 
     @property
-    def unfit(self) -> tuple[Fact, ...]:
+    def unfit(self) -> Facts:
         """Reasons why the model is not valid for this case. Empty if the model is valid."""
         reasons = list[Fact]()
 

@@ -12,6 +12,7 @@ from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import Outline, Profile, Run, Trajectory
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import FastFill, RunHealth
+from sealtwin.core.settings import without_none
 from simulate.pour import Pour
 from simulate.settings import Fluid, particle_volume
 from simulate.setup.release_schedule import plan_releases
@@ -65,7 +66,7 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
         viscosity_m2_s=viscosity_m2_s,
         viscosity_pa_s=paste.consistency_pa_s_n,
         yield_stress_pa=paste.yield_stress_pa,
-        **{name: value for name, value in regime._asdict().items() if value is not None},
+        **without_none(regime._asdict()),
         volume_ratio=filled.bed_mm3 / filled.dispensed_mm3,
     )
     used = {"model", "settle_s", *(["radius_mm"] if fluid.U is not None else [])}
@@ -78,7 +79,7 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
         position_mm=none,
         velocity_mm_s=none,
         age_s=none[:, 0],
-        spilled=np.zeros(0, dtype=bool),
+        spilled=np.zeros(0, bool),
         radius_mm=solver.size_mm,
         particle_volume_mm3=particle_volume(solver.size_mm),
         escaped_particles=0,

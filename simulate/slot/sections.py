@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from sealtwin.core.arrays import midpoints
 from sealtwin.core.records import Floats, Outline, Solid
 
 NARROWEST_MM = 0.05  # Smallest width of a section whose walls meet, so that every area has a depth
@@ -144,5 +145,5 @@ def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:
     edges_mm = np.append(s_mm - half_mm, s_mm[-1] + half_mm)
     grid_mm = np.unique(np.concatenate([edges_mm, known_mm.clip(edges_mm[0], edges_mm[-1])]))
     on_grid = np.interp(grid_mm, known_mm, values)
-    sums = np.cumulative_sum((on_grid[1:] + on_grid[:-1]) / 2 * np.diff(grid_mm), include_initial=True)
+    sums = np.cumulative_sum(midpoints(on_grid) * np.diff(grid_mm), include_initial=True)
     return np.diff(np.interp(edges_mm, grid_mm, sums)) / np.diff(edges_mm)

@@ -58,7 +58,7 @@ class Processes:
         cls, points: Floats, scores: Floats, length: Floats, variance: Floats, nugget: Floats, relative: Floats
     ) -> "Processes":
         covariance = matern(points, points, length, variance) + nugget[:, None, None] * np.diag(relative)
-        inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+        inverse = np.asarray(np.linalg.inv(covariance), np.float64)
         weights = np.einsum("kij,jk->ki", inverse, scores)
         return cls(points, scores, length, variance, nugget, relative, inverse, weights)
 

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sealtwin.core.records import Floats
+from sealtwin.core.arrays import Floats, rms
 from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_components
 from validate.units import words
 
@@ -154,7 +154,7 @@ def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisRe
         root = np.linalg.cholesky(covariance)
         off, shapes = np.linalg.solve(root, evidence.level_mm - mean_mm), np.linalg.solve(root, basis[:components].T)
         residual = off - shapes @ np.linalg.lstsq(shapes, off)[0]
-        residual_mm = float(np.sqrt(np.mean((root @ residual) ** 2)))
+        residual_mm = rms(root @ residual)
         noise_mm = float(np.sqrt(covariance.trace() / stations))
         possible = bool(residual @ residual <= chi2.ppf(POSSIBLE, stations - components))
         reach = BasisReach(residual_mm, noise_mm, possible, components)

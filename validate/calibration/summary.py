@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from sealtwin.core.arrays import rms
 from sealtwin.core.records import DataKind, Floats
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import (
@@ -38,7 +39,7 @@ class Prediction:
 
     @property
     def rms_mm(self) -> float:
-        return float(np.sqrt(np.mean((self.mean_mm - self.read_mm) ** 2)))
+        return rms(self.mean_mm - self.read_mm)
 
     @property
     def flat_rms_mm(self) -> float:

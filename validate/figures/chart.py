@@ -61,7 +61,7 @@ class Axis:
 
     def spaced(self, values: Floats) -> Floats:
         """Return the positions of values on the axis, (n,). On a logarithmic axis these are the logarithms."""
-        return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
+        return np.log10(values) if self.logarithmic else np.asarray(values, float)
 
     def text_of(self, values: Floats | float) -> str:
         """Return a value or a range of values as text, for example "D = 0.3 cm" or "D from 0.03 to 0.3 cm"."""
@@ -221,9 +221,14 @@ class Chart:
         return np.array([run.values for run in self.runs])
 
     @property
+    def spaced(self) -> Floats:
+        """Positions of the runs on the map, in the units of the axes, (runs, 2)."""
+        return np.column_stack([axis.spaced(along) for axis, along in zip(self.axes, self.pairs.T, strict=True)])
+
+    @property
     def places(self) -> Floats:
         """Positions of the runs on the map, from 0 to 1 along each axis, (runs, 2)."""
-        places = np.column_stack([axis.spaced(along) for axis, along in zip(self.axes, self.pairs.T, strict=True)])
+        places = self.spaced
         return (places - places.min(axis=0)) / np.ptp(places, axis=0)
 
     @property
@@ -333,10 +338,9 @@ def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
     """
     from scipy.interpolate import griddata
 
-    places = [axis.spaced(along) for axis, along in zip(chart.axes, chart.pairs.T, strict=True)]
-    lines = [np.linspace(along.min(), along.max(), CELLS) for along in places]
+    lines = [np.linspace(along.min(), along.max(), CELLS) for along in chart.spaced.T]
     grid = tuple(np.meshgrid(*lines))
-    error_mm = griddata(np.column_stack(places), chart.errors_mm, grid, method="linear", rescale=True)
+    error_mm = griddata(chart.spaced, chart.errors_mm, grid, method="linear", rescale=True)
     across, up = (10.0**line if axis.logarithmic else line for axis, line in zip(chart.axes, lines, strict=True))
     return across, up, error_mm
 

@@ -120,9 +120,13 @@ class FirstFigure:
             top=1 - layout.gap / total,
             hspace=layout.gap / np.mean(heights),
         ).subplots(sharex=True)
-        self._draw_photo(rows[0], strip_mm, half_mm, layout)
+        self._draw_photo(rows[0], half_mm, layout)
         if scan is not None:
-            self._draw_deviation(rows[1], scan, strip_mm, half_mm, layout)
+            self._draw_deviation(rows[1], scan, half_mm, layout)
+        for strip in rows[:strips]:
+            strip.set_ylim(-strip_mm, strip_mm)
+            strip.set_yticks([-round(strip_mm / 2), 0, round(strip_mm / 2)])
+            strip.grid(visible=False)
         self._draw_level(rows[strips], layout)
         if self.comparison is not None and self.readings is not None:
             self._draw_error(rows[strips + 1], self.readings, self.comparison, layout)
@@ -138,8 +142,8 @@ class FirstFigure:
             self._draw_section(figure.add_axes(box), section_in / inch_per_mm, layout)
         return figure
 
-    def _draw_photo(self, axes: Axes, shown_mm: float, half_mm: float, layout: FirstLayout) -> None:
-        """Draw the straightened photo up to ``shown_mm`` from the centreline, with the walls and the nozzle's path."""
+    def _draw_photo(self, axes: Axes, half_mm: float, layout: FirstLayout) -> None:
+        """Draw the straightened photo, ``half_mm`` on each side, with the walls and the nozzle's path."""
         outline = self.outline
         axes.imshow(
             self.straight,
@@ -147,8 +151,6 @@ class FirstFigure:
             aspect="auto",
             interpolation="antialiased",
         )
-        axes.set_ylim(-shown_mm, shown_mm)
-        axes.grid(visible=False)
         ahead = unit(np.gradient(outline.centreline_mm, axis=0))
         for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
             offset = wall_mm - outline.centreline_mm
@@ -162,10 +164,9 @@ class FirstFigure:
             arrow = {"arrowstyle": "-|>", "color": "white", "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
             axes.plot(pour_s_mm[0], 0.0, "o", color="white", markersize=4.5, markerfacecolor="none")
             axes.annotate("", (pour_s_mm[-1], 0.0), (pour_s_mm[0], 0.0), arrowprops=arrow)
-        axes.set_yticks([-round(shown_mm / 2), 0, round(shown_mm / 2)])
         _title(axes, "Crack from above, straightened, mm", "; arrow: nozzle's direction", layout)
 
-    def _draw_deviation(self, axes: Axes, scan: Scan, shown_mm: float, half_mm: float, layout: FirstLayout) -> None:
+    def _draw_deviation(self, axes: Axes, scan: Scan, half_mm: float, layout: FirstLayout) -> None:
         """Draw the simulated minus the scanned height over the photo in grey. Holes of the scan show the photo."""
         grey = self.straight.mean(axis=2) / 255
         length_mm = self.outline.length_mm
@@ -183,9 +184,6 @@ class FirstFigure:
             origin="lower",
             aspect="auto",
         )
-        axes.set_ylim(-shown_mm, shown_mm)
-        axes.grid(visible=False)
-        axes.set_yticks([-round(shown_mm / 2), 0, round(shown_mm / 2)])
         scale = axes.inset_axes((1.02, 0.0, 0.012, 1.0) if layout.right > 1 else (0.55, 1.12, 0.42, 0.1))
         axes.figure.colorbar(
             picture,

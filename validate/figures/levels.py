@@ -95,7 +95,7 @@ def draw_histogram(comparison: Comparison) -> Figure:
     axes, gate = plate(2.9).add_subplot(), comparison.gate
     bins = [part for part in comparison.distances.by_bin if part.covered_mm > 0]
     edges_mm = [*(part.from_mm for part in bins), *(part.to_mm for part in bins[-1:])]
-    errors_mm = np.array([part.mean_error_mm for part in bins], dtype=float)
+    errors_mm = np.array([part.mean_error_mm for part in bins], float)
     bars = axes.bar(
         edges_mm[:-1], errors_mm, np.diff(edges_mm), align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5
     )

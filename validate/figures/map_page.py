@@ -44,7 +44,7 @@ from validate.figures.theme import (
     wide_axes,
     wide_figure,
 )
-from validate.units import percent, setting_words, signed
+from validate.units import percent, setting_words, settings_words, signed
 
 MAX_ROWS = 200  # Largest number of rows on the page, best runs first. The CSV contains all rows.
 ERRORS = {
@@ -195,16 +195,12 @@ def _runs(chart: Chart) -> FigureTable:
 def _left_out(chart: Chart) -> FigureTable:
     columns = [
         FigureColumn("run", "number"),
-        FigureColumn("settings", [_in_words(run.settings) for run in chart.excluded]),
+        FigureColumn("settings", [settings_words(run.settings) for run in chart.excluded]),
         FigureColumn("why", "reason.text"),
         FigureColumn("volume ratio", "volume_ratio", "{:.3f}".format),
     ]
     order = range(min(len(chart.excluded), MAX_ROWS))
     return FigureTable("Runs that are not ranked", "left-out", columns, chart.excluded, order)
-
-
-def _in_words(settings: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())
 
 
 @themed()

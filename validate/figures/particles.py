@@ -1,6 +1,7 @@
 """Draw sealant in a sample: discs to scale, colour scales, and views along the crack, from above and across."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
-from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.arc_length import arc_length_at, at_arc_length
 from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.vtk_files import Frame
@@ -88,11 +89,13 @@ def add_bar(figure: Figure, scale: ColourScale, axes: Axes | Sequence[Axes], **l
         bar.long_axis.set_major_formatter("{x:g}")
 
 
+@dataclass(eq=False)
 class Views:
     """Views of particles in a sample. Positions are (n, 3), and the values shown as colours are (n,)."""
 
-    def __init__(self, outline: Outline, solid: Solid, radius_mm: float) -> None:
-        self.outline, self.solid, self.radius_mm = outline, solid, radius_mm
+    outline: Outline
+    solid: Solid
+    radius_mm: float
 
     def draw_along(self, axes: Axes, position_mm: Floats, value: Floats, scale: ColourScale) -> None:
         """Draw the section along the crack. Particles nearest to the centreline are drawn last, over the others.
@@ -186,7 +189,7 @@ def plane_at(outline: Outline, s_mm: float) -> tuple[Floats, Floats]:
 
 def _centreline_at(outline: Outline, s_mm: Floats) -> Floats:
     """Return the points of the centreline at the positions ``s_mm``, (n, 2)."""
-    return np.column_stack([np.interp(s_mm, outline.s_mm, axis) for axis in outline.centreline_mm.T])
+    return at_arc_length(outline.centreline_mm, outline.s_mm, s_mm)
 
 
 def draw_solid_across(axes: Axes, solid: Solid, foot_mm: Floats, ahead: Floats, zorder: float = 1.0) -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from sealtwin.core.arrays import counted_up
+from sealtwin.core.arrays import counted_up, normals
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory, unit
 from validate.figures.particles import OVER, SECTIONS_AT, ColourScale, Views, add_bar, age_scale
 from validate.figures.theme import (
@@ -172,7 +172,7 @@ def render(
         front = nearness == nearest[sample]
         owner[sample[front]] = part[facet[front]]
     # The last row is the colour of samples that no facet covers.
-    colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
+    colour = np.zeros((len(faces) + 1, 4), np.float32)
     colour[:-1, :3] = face_colour * shade[:, None]
     colour[:-1, 3] = 1.0
     samples = colour[owner].reshape(height, width, 4)
@@ -193,8 +193,7 @@ def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats,
 
 def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
     """Return the outward unit normal of each facet, (f, 3). It is zero for a facet without area."""
-    a, b, c = (vertices_mm[faces[:, k]] for k in range(3))
-    return unit(np.cross(b - a, c - a))
+    return unit(normals(vertices_mm[faces]))
 
 
 def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
@@ -206,7 +205,7 @@ def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integer
     y = corner[..., 1]
     first = np.maximum(np.ceil(y.min(axis=1) - 0.5), 0).astype(int)
     last = np.minimum(np.floor(y.max(axis=1) - 0.5), height - 1).astype(int)
-    triangle, row = counted_up(np.maximum(last - first + 1, 0), first)
+    triangle, row = counted_up(last - first + 1, first)
     # A row's middle crosses two of the three edges of its triangle, or ends at a corner of two edges.
     start, step = corner[triangle], np.roll(corner, -1, axis=1)[triangle] - corner[triangle]
     share = (row[:, None] + 0.5 - start[..., 1]) / np.where(step[..., 1] == 0, np.nan, step[..., 1])
@@ -217,7 +216,7 @@ def _covered(corner: Floats, width: int, height: int) -> tuple[Integers, Integer
     right = crossing[rows, np.where(crosses, crossing[..., 0], -np.inf).argmax(axis=1)]
     begin = np.clip(np.ceil(left[:, 0] - 0.5), 0, width).astype(int)
     end = np.clip(np.floor(right[:, 0] - 0.5), -1, width - 1).astype(int)
-    span, column = counted_up(np.where(crosses.any(axis=1), np.maximum(end - begin + 1, 0), 0), begin)
+    span, column = counted_up(np.where(crosses.any(axis=1), end - begin + 1, 0), begin)
     slope = (right[:, 2] - left[:, 2]) / np.maximum(right[:, 0] - left[:, 0], FLAT)
     nearness = left[span, 2] + slope[span] * (column + 0.5 - left[span, 0])
     return triangle[span], row[span] * width + column, nearness

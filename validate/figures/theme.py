@@ -111,9 +111,9 @@ class Picture(Figure):
         return f'<img src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 
-def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
+def wide_figure(height_in: float) -> Figure:
     """Return an empty figure as wide as a page."""
-    return Picture(figsize=(width_in, height_in), layout="constrained")
+    return Picture(figsize=(9.0, height_in), layout="constrained")
 
 
 def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:

@@ -130,7 +130,7 @@ def compared_stations(simulated: Profile, measured: Profile) -> ComparedStations
 
 def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
     """Return points sorted by x, (n,) each. Raises InputError if they are not a function of x."""
-    x, y = np.array(x, dtype=float), np.array(y, dtype=float)
+    x, y = np.array(x, float), np.array(y, float)
     if x.ndim != 1 or x.shape != y.shape or len(x) < 2:
         raise InputError(
             f"A curve needs at least two points, and as many x as y, but the shapes are {x.shape} and {y.shape}."

@@ -15,7 +15,7 @@ from scipy.ndimage import uniform_filter1d
 from skimage.segmentation import watershed
 
 from sealtwin.core.arc_length import arc_length_at
-from sealtwin.core.arrays import counted_up
+from sealtwin.core.arrays import counted_up, midpoints
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from validate.comparison import FilledVolumes, MassBalance
 from validate.settings import Readings
@@ -157,12 +157,12 @@ class CavityByLevel:
 
     @property
     def middle_mm(self) -> Floats:
-        return (self.ends_mm[1:] + self.ends_mm[:-1]) / 2
+        return midpoints(self.ends_mm)
 
     def between(self, from_mm: float, to_mm: float) -> tuple[Floats, Floats]:
         """Return the fraction of each bin between two arc lengths, and the middle of the included part, (k,) each."""
         inside_mm = np.clip(self.ends_mm, from_mm, to_mm)
-        return np.diff(inside_mm) / np.diff(self.ends_mm), (inside_mm[1:] + inside_mm[:-1]) / 2
+        return np.diff(inside_mm) / np.diff(self.ends_mm), midpoints(inside_mm)
 
     def area_at_mm2(self, level_mm: Floats) -> Floats:
         """Return the area of each bin at its level, (k,). Above the face it is the area of the mouth."""
@@ -243,7 +243,7 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
         covered = raster.areas(cut.to_polygons())
         cells.append(np.flatnonzero(covered > MIN_SHARE))
         shares.append(covered[cells[-1]])
-    inside = np.zeros(raster.shape, dtype=bool)
+    inside = np.zeros(raster.shape, bool)
     inside.ravel()[np.concatenate(cells)] = True
     s_mm = _arc_lengths_mm(outline, raster, inside)
     count = max(int(np.ceil(outline.length_mm / raster.cell_mm)), 2)
@@ -259,7 +259,7 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
         sums = np.bincount(lower[cell], share - to_upper, count + 1) + np.bincount(upper[cell], to_upper, count + 1)
         area_mm2[:, level] = sums[:count] * raster.cell_mm**2
     area_mm2 = _up_to_the_ends(levels_mm, area_mm2, noise_mm, ends_mm[1])
-    return CavityByLevel(ends_mm, levels_mm, area_mm2, -solid.depth_at_mm((ends_mm[1:] + ends_mm[:-1]) / 2))
+    return CavityByLevel(ends_mm, levels_mm, area_mm2, -solid.depth_at_mm(midpoints(ends_mm)))
 
 
 def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
@@ -283,7 +283,7 @@ def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Fl
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
     main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > MIN_SHARE) & inside.ravel())
     main_mm = arc_length_at(raster.middles_mm(main), outline.centreline_mm).clip(0.0, outline.length_mm)
-    nearest = np.zeros(inside.shape, dtype=np.int32)
+    nearest = np.zeros(inside.shape, np.int32)
     nearest.ravel()[main] = np.arange(1, len(main) + 1)
     nearest = watershed(np.zeros(inside.shape, np.uint8), nearest, connectivity=2, mask=inside)
     return np.append(-1.0, main_mm)[nearest.ravel()]
@@ -396,7 +396,7 @@ def cell_areas(rings: Iterable[Floats], shape: tuple[int, int]) -> Floats:
     numbers, fractions = [np.arange(len(start))], [np.zeros(len(start))]
     for axis in (0, 1):
         low = np.ceil(edge[:, :, axis].min(axis=1)).astype(int)
-        count = np.maximum(np.floor(edge[:, :, axis].max(axis=1)).astype(int) - low + 1, 0)
+        count = np.floor(edge[:, :, axis].max(axis=1)).astype(int) - low + 1
         count[step[:, axis] == 0] = 0
         number, border = counted_up(count, low)
         numbers.append(number)

@@ -236,7 +236,7 @@ def _read_cells(table: Table, by_s: dict[float, dict[str, Reading]]) -> ReadCell
     for readings in by_s.values():
         lacking = Reading(math.nan, next(iter(readings.values())).row, -1)
         rows.append([readings.get(label, lacking) for label in labels])
-    parts = np.array(rows, dtype=float).reshape(len(by_s), len(labels), len(Reading._fields))
+    parts = np.array(rows, float).reshape(len(by_s), len(labels), len(Reading._fields))
     readings_mm, cell_rows, columns, digits_mm = np.moveaxis(parts, -1, 0)
     return ReadCells(
         s_mm=np.array(_declared_places(table, [*by_s])),

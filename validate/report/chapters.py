@@ -217,7 +217,7 @@ def _photo(evidence: Evidence) -> PhotoBlock:
     return PhotoBlock(
         sentence("figure_photo", e=evidence),
         f"The {seen_in} of the sample with the traced walls and centreline of the crack",
-        np.asarray(pixels, dtype=np.uint8),
+        np.asarray(pixels, np.uint8),
     )
 
 
@@ -226,7 +226,7 @@ def _read_picture(path: Path) -> Pixels:
     picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
     if picture is None:
         raise InputError(f"{path}: the picture cannot be read. Draw it again with 'sealtwin digitise'.")
-    return np.asarray(picture, dtype=np.uint8)
+    return np.asarray(picture, np.uint8)
 
 
 def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:

@@ -11,8 +11,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from sealtwin.core.arrays import Booleans, Floats, Integers, rms
 from sealtwin.core.facts import Fact, Facts
-from sealtwin.core.records import Booleans, Floats, Integers
 from validate.intervals import BudgetPart, BudgetSummary
 from validate.sentences import doubted
 from validate.settings import PASS_MM
@@ -252,7 +252,7 @@ class Budget:
         alone = replace(self, components=(component,))
         level_mm = alone.mean_mm(curve.weights()) / 2
         error_mm = None if signs is None else alone.mean_mm(curve.weights(signs)) / 2
-        station_mm = 0.0 if component.between else float(np.sqrt(np.mean(half_width(component.draws_mm) ** 2))) / 2
+        station_mm = 0.0 if component.between else rms(half_width(component.draws_mm)) / 2
         return BudgetPart(
             component.name, component.setting, component.source, component.kind, level_mm, error_mm, station_mm
         )

@@ -9,9 +9,9 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter
 
+from sealtwin.core.arrays import Floats, Integers, Numbers, rms
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
-from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.run_figures import FAST, Method
 from validate.intervals import InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, chi_squared, draws_for, half_width, normals, uniforms
@@ -124,7 +124,7 @@ class InputDraws:
         z = drawn_inputs(self.standards, len(self.moved_mm))
         terms = np.hstack([z, z**2])
         coefficients = np.linalg.lstsq(terms, self.moved_mm)[0]
-        straight_mm, curved_mm = np.array(np.split(coefficients, 2), dtype=np.float64)
+        straight_mm, curved_mm = np.array(np.split(coefficients, 2), np.float64)
         return Inputs(FAST, self.standards, straight_mm, curved_mm, self.moved_mm - terms @ coefficients)
 
 
@@ -202,7 +202,7 @@ class Replicates:
 
         Returns a, (m, k), the weighted sum of squares of h^p about its mean, (m,), and the residual, (m, k).
         """
-        weight = np.array([len(runs) for runs in self.runs], dtype=float)
+        weight = np.array([len(runs) for runs in self.runs], float)
         root = np.sqrt(weight)
         power = (np.asarray(self.radii_mm) / self.radii_mm[1]) ** orders[:, None]
         slope = power - (power @ weight / weight.sum())[:, None]
@@ -264,13 +264,13 @@ def effects_of(results: Floats, inputs: int) -> tuple[Floats, float | None]:
     """
     contrasts = _matrix(inputs).T @ results / len(results)
     spare = contrasts[inputs + 1 :]
-    return contrasts[1 : inputs + 1], float(np.sqrt(np.mean(spare**2))) if len(spare) else None
+    return contrasts[1 : inputs + 1], rms(spare) if len(spare) else None
 
 
 def _matrix(inputs: int) -> Integers:
     from scipy.linalg import hadamard
 
-    return np.asarray(hadamard(2 ** max(1, inputs.bit_length())), dtype=np.int64)
+    return np.asarray(hadamard(2 ** max(1, inputs.bit_length())), np.int64)
 
 
 @dataclass(frozen=True)

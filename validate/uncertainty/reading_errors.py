@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 
+from sealtwin.core.arrays import midpoints
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Booleans, Floats, Profile
 from validate.sentences import doubted
@@ -144,7 +145,7 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
     the neighbouring gaps.
     """
     gap_mm = np.diff(s_mm)
-    turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
+    turn = np.diff(np.diff(level_mm) / gap_mm) / midpoints(gap_mm)
     curvature = np.pad(turn, 1, mode="edge") if len(turn) else np.zeros(len(s_mm))
     drawn = curvature * ARCH_RATIO * uniforms("arch", len(s_mm), draws_for(len(s_mm)))
     draws_mm = (drawn[:, :-1] + drawn[:, 1:]) / 2 * gap_mm**2 / 8
