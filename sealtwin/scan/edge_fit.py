@@ -141,11 +141,13 @@ class Edges:
             weighted = design * weight[:, None]
             information = weighted.T @ design
             # Without slopes of the edges, the ridge keeps the position along the crack.
-            motion = -np.linalg.inv(information + RIDGE * np.eye(unknowns)) @ weighted.T @ shift_mm
-            inverse = np.linalg.inv(information + 1e-6 * np.eye(unknowns))
+            ridged, inverse = (
+                np.linalg.inv(information + least * np.eye(unknowns)).astype(np.float64) for least in (RIDGE, 1e-6)
+            )
+            motion = -ridged @ (weighted.T @ shift_mm)
             left_mm = -shift_mm - design @ motion
             scale_mm = max(MAD * float(np.median(np.abs(left_mm[visible]))), LEAST_SD_MM / 3)
-            weight = np.asarray(visible / (1 + (left_mm / (2 * scale_mm)) ** 2), dtype=np.float64)
+            weight = visible / (1 + (left_mm / (2 * scale_mm)) ** 2)
         variance_mm2 = float((weight * left_mm**2).sum() / weight.sum()) + LEAST_SD_MM**2
         return motion, variance_mm2 * inverse, left_mm
 
