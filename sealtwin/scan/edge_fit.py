@@ -115,6 +115,10 @@ class Edges:
         along_sd_mm, across_sd_mm = (float(np.sqrt(axis @ covariance[:2, :2] @ axis)) for axis in self.axes)
         return EdgeFit(pose, agreeing, along_sd_mm, across_sd_mm)
 
+    def apart_mm(self, pose: Pose) -> Floats:
+        """Return how far a pose moves the middle of the mouth along and across the chord, (2,), as absolute values."""
+        return np.abs(self.axes @ (pose.back(self._middle_mm[None])[0] - self._middle_mm))
+
     def size(self, pose: Pose) -> tuple[float, float]:
         """Return the size of the scan's crack divided by the mouth's, and its standard uncertainty."""
         shift_mm, visible = self._shifts_mm(pose)

@@ -25,11 +25,11 @@ BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges 
 FEWEST_OF_FACE = 0.4  # Smallest share of the face around the crack that a scan must show
 SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the extent of the crack
 SCALE_OFF = 0.05  # Largest relative difference between the sizes of scan and sample
-SURE_SD = 3.0  # And by so many standard deviations
+SURE_SD = 4.0  # And by so many standard deviations
 APART_MM = 5.0  # Smallest spread of named points across their longest line
-POINT_OFF_MM = 1.5  # Largest RMS distance between named points and their places
+POINT_OFF_MM = 1.5  # Largest RMS distance of named points from their places, and of the crack from its place by them
 FEWEST_NEAR = 100  # Smallest number of points of the face at the height of the named points
-SHIFT_OFF_MM = 2.5  # Largest distance between the positions by named points and, if that agrees better, by the mouth
+MOST_ALONG_MM = 2.5  # Largest standard uncertainty of the position along the crack by the mouth
 LEAST_AGREEMENT, LEAST_AGREEING = 0.65, 0.6
 """Smallest correlation of the scan's hollow or heap with the mouth, and smallest share of the crack along which their
 edges agree. Of 105 other cracks across like faces, four reach both, and none of 107 at a wrong position."""
@@ -86,6 +86,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
     levelled_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
     search, finer = (MouthSearch.of(levelled_mm, target, _cell_mm(target) / times) for times in (1.0, FINER))
+    edges = Edges.of(finer)
     if off_mm is not None:
         if tilt_deg > MOST_TILTED_DEG:
             raise InputError(
@@ -93,10 +94,12 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
                 "face, or correct their coordinates, or the unit or the steps of the scan."
             )
         pose, turned = Pose(0.0, 0.0, 0.0), None
-        fit = _at_points(search, finer, max(SHIFT_OFF_MM, off_mm, limit_mm or 0.0), path)
-        along_sd_mm = across_sd_mm = off_mm / np.sqrt(len(placement.points))
+        fit = _at_points(search, edges, max(POINT_OFF_MM, limit_mm or 0.0), path)
+        # The distance of the crack from its place shows errors that all points share.
+        apart_mm = np.zeros(2) if fit is None else edges.apart_mm(fit.pose)
+        along_sd_mm, across_sd_mm = np.hypot(off_mm / np.sqrt(len(placement.points)), apart_mm).tolist()
     else:
-        fit, turned = _by_mouth(search, finer, path)
+        fit, turned = _by_mouth(search, edges, path)
         pose, along_sd_mm, across_sd_mm = fit.pose, fit.along_sd_mm, fit.across_sd_mm
         _require_size(finer, fit.pose, path)
     moved_mm = pose.apply(levelled_mm)
@@ -236,25 +239,24 @@ def _cell_mm(target: Target) -> float:
     return float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
 
 
-def _at_points(search: MouthSearch, finer: MouthSearch, most_mm: float, path: Path) -> EdgeFit | None:
+def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) -> EdgeFit | None:
     """Return the position of the crack near that by named points. None if no crack is recognised.
 
     Raises InputError if another position agrees clearly better.
     """
-    edges, middle_mm = Edges.of(finer), search.samples_mm.mean(axis=0)[None]
     fit = edges.fit_near(Pose(0.0, 0.0, 0.0))
     if fit is not None and fit.agreeing >= LEAST_AGREEING:
-        along_mm, across_mm = np.abs(edges.axes @ (fit.pose.back(middle_mm) - middle_mm)[0])
+        along_mm, across_mm = edges.apart_mm(fit.pose)
         if across_mm <= most_mm and along_mm <= most_mm + 2 * fit.along_sd_mm:
             return fit
-    agreement = finer.agreement(Pose(0.0, 0.0, 0.0))
-    best = max((finer.near(search.best(turned=turned)) for turned in (False, True)), key=lambda entry: entry.agreement)
-    mirrored = max(finer.mirrored.near(search.mirrored.best(turned=turned)).agreement for turned in (False, True))
+    agreement = search.agreement(Pose(0.0, 0.0, 0.0))
+    best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
+    mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
     if mirrored > max(agreement, best.agreement) + SURER and mirrored > LEAST_AGREEMENT:
         raise InputError(_mirrored(path, max(agreement, best.agreement), mirrored))
     elsewhere = edges.fit(best.pose)
     if elsewhere is not None and elsewhere.agreeing >= LEAST_AGREEING and best.agreement > agreement + SURER:
-        shift_mm = np.hypot(*(elsewhere.pose.back(middle_mm) - middle_mm)[0])
+        shift_mm = np.hypot(*edges.apart_mm(elsewhere.pose))
         raise InputError(
             f"{path}: at the named points the crack agrees with the mouth only to {agreement:.2f}, but {shift_mm:.1f} "
             f"mm away and turned by {best.pose.turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are "
@@ -270,14 +272,14 @@ def _mirrored(path: Path, straight: float, mirrored: float) -> str:
     )
 
 
-def _by_mouth(search: MouthSearch, finer: MouthSearch, path: Path) -> tuple[EdgeFit, float]:
+def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, float]:
     """Return the position at which the edges of the hollow or heap agree best with the mouth, in finer cells.
 
     Also returns the best agreement of a position that is turned by more than ``MOST_TURN_DEG``. The user excludes such
     positions and the mirror image, so they matter only if they agree better.
     """
-    best, turned = (finer.near(search.best(turned=turned)) for turned in (False, True))
-    mirrored = [finer.mirrored.near(search.mirrored.best(turned=turned)).agreement for turned in (False, True)]
+    best, turned = (search.best(turned=turned) for turned in (False, True))
+    mirrored = [search.mirrored.best(turned=turned).agreement for turned in (False, True)]
     highest = max(best.agreement, turned.agreement, *mirrored)
     if highest < LEAST_AGREEMENT and (share := search.map.known.sum() / search.template.sum()) < LEAST_AREA:
         raise InputError(
@@ -293,16 +295,18 @@ def _by_mouth(search: MouthSearch, finer: MouthSearch, path: Path) -> tuple[Edge
             f"{turned.agreement:.2f} and mirrored to {max(mirrored):.2f} of 1. Export it without mirroring, with axes "
             f"that agree with the photo's up to {MOST_TURN_DEG:g} degrees, or name points."
         )
-    fit = Edges.of(finer).fit(best.pose)
-    if fit is None or fit.agreeing < LEAST_AGREEING or finer.agreement(fit.pose) < LEAST_AGREEMENT:
+    fit = edges.fit(best.pose)
+    agreement = best.agreement if fit is None else edges.search.agreement(fit.pose)
+    if fit is None or fit.agreeing < LEAST_AGREEING or agreement < LEAST_AGREEMENT:
         raise InputError(
             f"{path}: the crack is not found in the scan: its edges agree with the mouth's (up to {AGREES_MM:g} mm) "
-            f"along {0.0 if fit is None else fit.agreeing:.0%} of the crack, but {LEAST_AGREEING:.0%} are needed. The "
-            "sealant may be level with the face, the scan may be of another sample or in another unit, or its largest "
-            f"plane may be a table: crop the scan to the face. {REMEDY}"
+            f"along {0.0 if fit is None else fit.agreeing:.0%} of the crack ({LEAST_AGREEING:.0%} are needed), and its "
+            f"hollow or heap to {agreement:.2f} ({LEAST_AGREEMENT:g} of 1 are needed). The sealant may be level with "
+            "the face, the scan may be of another sample or in another unit, or its largest plane may be a table: crop "
+            f"the scan to the face. {REMEDY}"
         )
-    rivals = [finer.near(rival).agreement for rival in search.rivals(best)]
-    if max(rivals, default=-1.0) > best.agreement - ALIKE or fit.along_sd_mm > SHIFT_OFF_MM:
+    rival = max((entry.agreement for entry in search.rivals(best)), default=-1.0)
+    if rival > best.agreement - ALIKE or fit.along_sd_mm > MOST_ALONG_MM:
         raise InputError(
             f"{path}: the crack agrees with the mouth at several positions, such as two like cracks, or along a "
             f"straight one. {REMEDY}"

@@ -44,8 +44,9 @@ RAISED_SD, RAISED_MM = 4.0, 0.1
 """Sealant on the face is higher than this many standard deviations of the face's height, and this many mm."""
 THIN_MM = 1.5  # Width of the edge of a spill that is too thin to be told from the face
 COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is smoothed, and the side of its window
-BESIDE_WALLS = 0.75
-"""Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it."""
+BESIDE_WALLS, FIT_SD_MM = 0.45, 0.007
+"""Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it, and of all fits.
+A parabola misses at most this share of a meniscus like cosh(x / c) with c from 1.5 mm in cracks up to 12 mm wide."""
 TIP_MM = 2.0  # Width of a usual caliper's tip
 COVERAGE = 2.0  # Half-width of a 95 % interval in standard uncertainties
 MARGIN = 2.0  # Half the width of the heights along the crack, divided by the crack's mean width
@@ -78,7 +79,8 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
     s_mm, level_mm = levels.s_mm[seen], levels.level_mm[seen]
     noise_mm2 = surface.noise_mm2(outline.mean_width_mm)
     beside_mm = float(np.mean(levels.clear_mm[seen] - level_mm))
-    covariance = _covariance(placed, outline, s_mm, level_mm, noise_mm2) + (BESIDE_WALLS * beside_mm) ** 2
+    covariance = _covariance(placed, outline, s_mm, level_mm, noise_mm2)
+    covariance += (BESIDE_WALLS * beside_mm) ** 2 + FIT_SD_MM**2
     weights = _weights(s_mm)
     tip_mm = settings.probe_mm or TIP_MM
     tip_level_mm = surface.tip_levels_mm(outline, s_mm, level_mm, tip_mm)

@@ -1,16 +1,19 @@
 """A scan is brought to the sample, or refused with a sentence that names the cause."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
+from sealtwin.scan.mouth_search import Target
 from sealtwin.scan.registration import Placed, place
 from sealtwin.scan.settings import NamedPoint, Placement
-from tests.support.scan_beds import bed, sloping_mm, target
+from tests.support.scan_beds import bed, bed_of, sloping_mm, target
+from tests.support.shapes import CLOSED, CUT, straight_slot
 
 MOVE = Rotation.from_euler("xyz", [4, -5, 6], degrees=True)
 AWAY_MM = np.array([3.0, -2.0, 20.0])
@@ -43,6 +46,7 @@ BY_POINTS = {
     "all the same": (named(CORNERS, CORNERS_SEEN[[0, 0, 0, 0]]), "0 times as far apart"),
     "one 5 mm off": (named(CORNERS, CORNERS_SEEN + 5 * np.eye(4, 3, 1)), r"mm \(RMS\) from their"),
     "on one line": (named(np.array([(0.0, 0.0), (20, 1), (40, 0)])), "almost on one line"),
+    "off the face": (named(CORNERS, CORNERS_SEEN + MOVE.apply(CORNERS[:, :1] * [0, 0, 0.15])), "face is tilted"),
     "no face there": (named(CORNERS, CORNERS_SEEN + 40 * np.eye(3)[2]), "no face at the height"),
 }
 
@@ -90,6 +94,41 @@ BY_MOUTH = {
 def test_a_scan_that_does_not_fit_is_refused_with_its_cause(scan, cause):
     with pytest.raises(InputError, match=f"(?s){cause}"):
         placed(scan(), Placement(units="mm"))
+
+
+SLOT = straight_slot(40.0, 3.0, CLOSED)
+
+
+def slot() -> Floats:
+    return bed_of(SLOT, lambda s_mm: np.full_like(s_mm, -2.0), 0.4)
+
+
+def test_a_crack_that_looks_alike_from_both_ends_is_placed_as_its_axes_say():
+    scan = place(slot() + np.array([2.0, -1.0, 0.0]), Placement(units="mm"), Target.of(SLOT), Path("scan.xyz"))
+    assert present(scan.turned, "turned") == pytest.approx(present(scan.agreement, "agreement"), abs=0.06)
+    assert np.nanmedian(scan.heights.at_mm(*SLOT.centreline_mm[3:-3].T)) == pytest.approx(-2.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("scan", "ends"),
+    [(np.vstack([slot(), slot() + np.array([0, 28, 0])]), CLOSED), (slot(), CUT)],
+    ids=["twice", "without ends"],
+)
+def test_a_crack_that_agrees_at_several_positions_is_refused(scan, ends):
+    with pytest.raises(InputError, match="several positions"):
+        place(scan, Placement(units="mm"), Target.of(replace(SLOT, ends=ends)), Path("scan.xyz"))
+
+
+def test_named_points_that_are_all_shifted_show_it_as_an_uncertainty():
+    shifted = placed(moved(bed()), named(CORNERS, CORNERS_SEEN + MOVE.apply([0.0, 1.0, 0.0])))
+    assert shifted.across_sd_mm == pytest.approx(1.0, abs=0.15)
+    with pytest.raises(InputError, match=r"(2\.9|3\..) mm away"):
+        placed(moved(with_table(bed())), named(CORNERS, CORNERS_SEEN + MOVE.apply([0.0, 3.0, 0.0])))
+
+
+def test_named_points_may_be_off_by_the_limit_of_the_scanner():
+    points = named(CORNERS, CORNERS_SEEN + MOVE.apply(np.array([(3, 0, 0), (3, 0, 0), (-3, 0, 0), (-3, 0, 0)])))
+    assert present(place(moved(bed()), points, target(), Path("a"), limit_mm=10.0).points_off_mm, "off") > 1.5
 
 
 @pytest.mark.parametrize("with_plane", [bed, lambda: with_table(bed())], ids=["the face", "a table below it"])

@@ -23,13 +23,15 @@ POINTS = tuple(NamedPoint(name=f"{x}", scan=(x, y, 0.0), sample_mm=(x, y)) for x
 
 @pytest.fixture
 def read(tmp_path):
-    def read(points_mm: Floats, points: tuple[NamedPoint, ...] = POINTS, **shape: Any) -> Profile:
+    def read(
+        points_mm: Floats, points: tuple[NamedPoint, ...] = POINTS, volume_mm3: float = 0.0, **shape: Any
+    ) -> Profile:
         path = tmp_path / "scan.xyz"
         np.savetxt(path, points_mm, fmt="%.4f")
         placement = Placement(units="mm", points=points)
         settings = Readings(scan=path, data="synthetic", role="held-out", placement=placement)
         solid = build_solid(OUTLINE, CrackShape.model_validate({"depth_mm": 8.0, "tilt": "vertical", **shape}))
-        return read_scan(Path(path), settings, Filling(OUTLINE, solid))
+        return read_scan(Path(path), settings, Filling(OUTLINE, solid, volume_mm3))
 
     return read
 
@@ -82,3 +84,46 @@ def test_a_scan_without_sealant_in_the_crack_is_refused(read, points_mm, cause):
 def test_sealant_above_the_face_is_called_so(read):
     """Heights that are counted downward give the same picture: only this sentence shows it."""
     assert re.search(r"sealant 1\.6\d mm above the face", read(bed() * [1, 1, -1]).dialect)
+
+
+def heap(spill_mm: float = 3.0) -> Floats:
+    """Return a scan of sealant 1 mm above the face, which spills to both sides."""
+    points_mm = bed(np.zeros_like, spacing_mm=0.3)
+    walls_mm = (np.interp(points_mm[:, 0], *wall.T) for wall in (OUTLINE.left_wall_mm, OUTLINE.right_wall_mm))
+    left_mm, right_mm = (points_mm[:, 1] - wall_mm for wall_mm in walls_mm)
+    beside_mm = np.maximum(0.0, np.maximum(left_mm, -right_mm))
+    points_mm[:, 2] += np.maximum(1 - (beside_mm / spill_mm) ** 2, 0.0)
+    points_mm[np.abs(points_mm[:, 0] - 20) > 20, 2] = 0.0
+    return points_mm
+
+
+def test_hollows_beside_a_spill_and_sealant_beyond_a_cut_end_do_not_count(read):
+    points_mm = heap()
+    alone = read(points_mm).scan.figures
+    assert alone.over_face_mm3 == pytest.approx(40 * (OUTLINE.mean_width_mm + 2 * 2.0), rel=0.04)
+    beyond = np.abs(points_mm[:, 0] - 20) > 20
+    points_mm[beyond & (np.abs(points_mm[:, 1]) < 4), 2] = 1.0
+    points_mm[(points_mm[:, 1] > 6) & (points_mm[:, 1] < 8), 2] = -4.0
+    assert read(points_mm).scan.figures.over_face_mm3 == pytest.approx(alone.over_face_mm3, rel=0.06)
+
+
+def test_the_volume_of_the_sealant_is_that_in_the_cavity_and_above(read):
+    figures = read(heap()).scan.figures
+    cavity_mm3 = 8.0 * 40 * OUTLINE.mean_width_mm
+    assert figures.sealant_mm3 == pytest.approx(cavity_mm3 + figures.over_face_mm3, rel=0.01)
+    assert figures.over_face_95_mm3 <= figures.sealant_95_mm3 < 0.2 * figures.sealant_mm3
+
+
+def test_heights_that_are_turned_over_contradict_the_dispensed_volume(read):
+    """The sealant is 1.6 mm below the face in a crack 8 mm deep."""
+    volume_mm3 = (8.0 - 1.6) * 40 * OUTLINE.mean_width_mm
+    assert [doubt.kind for doubt in read(bed(), volume_mm3=volume_mm3).questions] == []
+    (doubt,) = read(bed() * [1, 1, -1], volume_mm3=volume_mm3).questions
+    assert doubt.kind == "sign"
+    assert "readings.placement.up" in doubt.remedy
+
+
+def test_a_bed_level_with_the_face_is_read_at_named_points_with_a_word(read):
+    profile = read(bed(np.zeros_like))
+    assert profile.scan.figures.agreement is None
+    assert "no crack is recognised" in profile.dialect
