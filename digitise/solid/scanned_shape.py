@@ -49,7 +49,11 @@ def scanned_shape(outline: Outline, shape: CrackShape, folder: Path) -> tuple[Cr
     seen = depth_mm > 0
     if not seen.any():
         raise InputError(f"{path}: the floor of the crack is not seen. Measure its depth, and leave crack.scan out.")
-    facts = list[Fact]()
+    if placed.agreeing is None:
+        facts = [doubt("crack.scan", "the scan of the empty crack shows no crack at the named points")]
+    else:
+        text = f"in the scan of the empty crack, edges agree with the mouth's along {placed.agreeing:.0%} of it"
+        facts = [doubt("crack.scan", text, placed.agreeing, level="plain")]
     if not seen.all():
         share = float(1 - seen.mean())
         text = f"the scan does not show the floor along {share:.0%} of the crack; crack.depth_mm is used there"

@@ -234,8 +234,9 @@ class FirstFigure:
             bands = comparison.uncertainty.levels
             draw_band(axes, bands.s_mm, 0.0, bands.profile_band_95_mm, MUTED, 0.28)
         axes.fill_between(error.x, 0.0, error.value, color=SIMULATED, alpha=0.3, linewidth=0)
-        width_mm = min(0.011 * length_mm, 0.5 * length_mm / len(comparison.stations.s_mm))
-        axes.bar(comparison.stations.s_mm, comparison.stations.error_mm, width_mm, color=INK)
+        are_few = len(comparison.stations.s_mm) <= MANY
+        if are_few:
+            axes.bar(comparison.stations.s_mm, comparison.stations.error_mm, 0.011 * length_mm, color=INK)
         draw_face(axes)
         # The largest error is inside, with its number.
         most_mm = max(1.0, 2.0 * float(np.abs(error.value).max()))
@@ -257,7 +258,8 @@ class FirstFigure:
                     fontweight="bold",
                     annotation_clip=False,
                 )
-        _title(axes, "Error: simulated minus read, mm", "; solid at a reading, above 0 too high", layout)
+        solid = "; solid at a reading" if are_few else ""
+        _title(axes, "Error: simulated minus read, mm", f"{solid}; above 0 too high", layout)
 
     def _draw_section(self, axes: Axes, shown_mm: float, layout: FirstLayout) -> None:
         """Draw the section across the middle of the crack, filled to the level there, in the scale of the level.

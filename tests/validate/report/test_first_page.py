@@ -65,7 +65,7 @@ def _is_plain(page, caption):
 def test_a_missed_limit_is_explained_by_offset_or_shape_with_a_remedy(evidence):
     lead = first_page(judged(evidence, gate_mm=0.1)).lead[1]
     assert "0.5 mm too high on average; with this shift removed, its mean error is 0.0 mm" in lead
-    assert "caliper's zero" in lead
+    assert "readings' zero" in lead
     level_mm = evidence.profile.level_mm - 0.5 + 0.8 * np.sign(evidence.profile.s_mm - 20.0)
     bent = judged(replace(evidence, profile=replace(evidence.profile, level_mm=level_mm)), gate_mm=0.1)
     assert "check the sealant" in first_page(bent).lead[1].lower()

@@ -139,7 +139,7 @@ def test_data_left_out_of_all_metrics_are_reported_with_their_count(evidence):
 @pytest.mark.parametrize(
     ("state", "shrinkage_percent", "words"),
     [
-        ("wet", None, "the caliper read wet sealant, which had not shrunk."),
+        ("wet", None, "wet sealant was read, which had not shrunk."),
         ("cured", None, "cured sealant, whose shrinkage is not declared"),
         ("cured", 7.0, "cured sealant: the mass balance adds its shrinkage of 7 %"),
         (None, None, "is not declared (readings.state)."),
