@@ -140,8 +140,8 @@ def test_data_left_out_of_all_metrics_are_reported_with_their_count(evidence):
     ("state", "shrinkage_percent", "words"),
     [
         ("wet", None, "wet sealant was read, which had not shrunk."),
-        ("cured", None, "cured sealant, whose shrinkage is not declared"),
-        ("cured", 7.0, "cured sealant: the mass balance adds its shrinkage of 7 %"),
+        ("cured", None, "cured sealant was read, whose shrinkage is not declared"),
+        ("cured", 7.0, "cured sealant was read: the mass balance adds its shrinkage of 7 %"),
         (None, None, "is not declared (readings.state)."),
     ],
 )
