@@ -33,7 +33,7 @@ MOST_ALONG_MM = 2.5  # Largest standard uncertainty of the position along the cr
 LEAST_AGREEMENT, LEAST_AGREEING = 0.65, 0.6
 """Smallest correlation of the scan's hollow or heap with the mouth, and smallest share of the crack along which their
 edges agree. Of 105 other cracks across like faces, four reach both, and none of 107 at a wrong position."""
-MOST_TILTED_DEG = 5.0  # Largest angle between the face and the plane of named points
+MOST_TILTED_DEG = 5.0  # Largest angle between the face and the plane of named points, or the largest plane
 ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
 SURER = 0.08  # Difference of the agreements above which one position is clearly better
 LEAST_AREA = 3.0  # Smallest area of a scan, divided by the area of the mouth
@@ -41,6 +41,7 @@ REMEDY = "Give at least three named points in readings.placement.points."
 CELLS_MM, ACROSS, FINER = (0.4, 1.0), 3.0, 4.0
 """Smallest and largest cell of the search, its cells across the mouth, and how much finer the last step is."""
 SAMPLED, PLANES, OF_FACE = 40_000, 400, 0.4  # Points and planes of the first fit, and the smallest share on the face
+FEW, SEARCHED = 4000, 1_000_000  # Largest numbers of points that test a plane, and of the search
 COARSE_MM, FINEST_MM, CELLS_ACROSS = 4.0, 0.15, 6.0  # Cells in which points are counted; smallest cell, fewest across
 BLOCKS_MM = (3.0, 6.0, 12.0)  # Sides of the blocks whose means show how far errors of neighbours agree
 
@@ -85,18 +86,16 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
     if len(near_mm) < FEWEST_NEAR:
         raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
     levelled_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
-    search, finer = (MouthSearch.of(levelled_mm, target, _cell_mm(target) / times) for times in (1.0, FINER))
+    few_mm = _sample(levelled_mm, SEARCHED)
+    search, finer = (MouthSearch.of(few_mm, target, _cell_mm(target) / times) for times in (1.0, FINER))
     edges = Edges.of(finer)
     if off_mm is not None:
-        if tilt_deg > MOST_TILTED_DEG:
-            raise InputError(
-                f"{path}: the face is tilted by {tilt_deg:.1f} degrees against the named points. Name points on the "
-                "face, or correct their coordinates, or the unit or the steps of the scan."
-            )
         pose, turned = Pose(0.0, 0.0, 0.0), None
         fit = _at_points(search, edges, max(POINT_OFF_MM, limit_mm or 0.0), path)
         # The distance of the crack from its place shows errors that all points share.
-        apart_mm = np.zeros(2) if fit is None else edges.apart_mm(fit.pose)
+        apart_mm = np.zeros(2)
+        if fit is not None:
+            apart_mm = np.maximum(edges.apart_mm(fit.pose) - [2 * fit.along_sd_mm, 2 * fit.across_sd_mm], 0.0)
         along_sd_mm, across_sd_mm = np.hypot(off_mm / np.sqrt(len(placement.points)), apart_mm).tolist()
     else:
         fit, turned = _by_mouth(search, edges, path)
@@ -113,6 +112,13 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
             f"crack, with a point every {heights.cell_mm:.2g} mm."
         )
     heights, covariance, residual_mm, slope_deg, centre_mm = _levelled_on_face(heights, face)
+    tilted_deg = slope_deg if off_mm is None else float(np.hypot(tilt_deg, slope_deg))
+    if tilted_deg > MOST_TILTED_DEG:
+        by = "largest plane of the scan" if off_mm is None else "named points"
+        raise InputError(
+            f"{path}: the face is tilted by {tilted_deg:.1f} degrees against the {by}. Name points on the face, or "
+            "correct their coordinates, or the unit or the steps of the scan."
+        )
     return Placed(
         heights,
         face,
@@ -201,7 +207,7 @@ def _on_the_face(points_mm: Floats, near_mm: Floats, path: Path) -> tuple[Floats
     Rousseeuw & Leroy 1987).
     """
     random = np.random.default_rng(0)
-    some = near_mm[random.choice(len(near_mm), min(SAMPLED, len(near_mm)), replace=False)]
+    some = _sample(near_mm, SAMPLED)
     corners = some[random.integers(len(some), size=(PLANES, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
@@ -215,7 +221,7 @@ def _on_the_face(points_mm: Floats, near_mm: Floats, path: Path) -> tuple[Floats
         raise no_face
     normals, corners = normals[usable], corners[usable]
     normals *= np.sign(normals[:, 2:]) / np.linalg.norm(normals, axis=1)[:, None]
-    few = some[:4000]
+    few = _sample(some, FEW)
     away = np.abs(few @ normals.T - (normals * corners[:, 0]).sum(axis=1))
     best = int(np.quantile(away, OF_FACE, axis=0).argmin())
     normal, height = normals[best], float(normals[best] @ corners[best, 0])
@@ -233,6 +239,10 @@ def _on_the_face(points_mm: Floats, near_mm: Floats, path: Path) -> tuple[Floats
     turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])[0]
     levelled = points_mm @ turn.as_matrix().T
     return levelled - [0.0, 0.0, height], float(np.degrees(turn.magnitude()))
+
+
+def _sample(points_mm: Floats, count: int) -> Floats:
+    return points_mm if len(points_mm) <= count else np.random.default_rng(0).choice(points_mm, count, replace=False)
 
 
 def _cell_mm(target: Target) -> float:
