@@ -1,4 +1,4 @@
-"""Budget of caliper readings: errors that repeats show, errors that they do not show, and gaps between stations."""
+"""Budget of readings: errors that repeats or a scan show, errors that they do not show, and gaps between stations."""
 
 from functools import cache
 
@@ -7,6 +7,7 @@ import numpy as np
 from sealtwin.core.arrays import midpoints
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Booleans, Floats, Profile
+from sealtwin.core.scan_figures import Scan
 from validate.sentences import doubted
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import (
@@ -29,7 +30,6 @@ from validate.uncertainty.contradictions import (
     without_passes,
 )
 from validate.uncertainty.meniscus import Mouth
-from validate.uncertainty.scan_errors import budget_of_scan
 
 OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
@@ -41,6 +41,10 @@ ARCH_RATIO = 2.4
 """Largest arch (deviation of the level from the line between two stations), divided by the arch of a parabola with the
 curvature at the stations. The smallest ratio is 0. For a level with a corner, the ratio is 0 if the corner is at a
 station, 2 if it is in the middle of a gap, and 1 on average."""
+
+SCANNER_MM = 0.05
+"""Size in mm that the table of undeclared errors assumes: the stated accuracy of usual desktop scanners."""
+LIMIT = "limit of error of the scanner"
 
 STATIONS_FOR_STEPS = 12
 """Smallest number of stations that resolves steps of the level. Without an allowance for steps, the interval of the
@@ -122,6 +126,22 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         notes=tuple(notes),
         steps_mm=steps_mm,
     )
+
+
+def budget_of_scan(scan: Scan, limit_mm: float | None) -> Budget:
+    """Return the budget of a scan. ``limit_mm`` is the limit of the scanner's error, or None if it is undeclared."""
+    stations = len(scan.covariance_mm2)
+    draws = draws_for(stations)
+    values, vectors = np.linalg.eigh(scan.covariance_mm2)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    draws_mm = normals("scan", stations, draws) @ root.T
+    component = Component("position and noise of the scan", "detected", draws_mm, shared=True)
+    size_mm = SCANNER_MM if limit_mm is None else limit_mm
+    limit_draws_mm = size_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
+    limit = Component(LIMIT, "declared", limit_draws_mm, shared=True, setting="readings.limit_mm")
+    if limit_mm is None:
+        return Budget(stations=stations, components=(component,), missing=(limit,))
+    return Budget(stations=stations, components=(component, limit))
 
 
 def resolution_of(repeats_mm: Floats) -> float:
