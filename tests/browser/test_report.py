@@ -113,12 +113,10 @@ def test_pointer_keys_and_buttons_turn_the_3d_view(open_report, report):
 
 
 @pytest.mark.parametrize("lack", ["scripts", "WebGL"])
-def test_a_still_picture_replaces_the_3d_view_without_scripts_or_webgl(open_report, report, lack):
+def test_a_sentence_replaces_the_3d_view_without_scripts_or_webgl(open_report, report, lack):
     look = {"java_script_enabled": False} if lack == "scripts" else {}
     script = "" if lack == "scripts" else "HTMLCanvasElement.prototype.getContext = () => null"
     page = open_report(report, script=script, **look)
-    assert page.locator("#turntable img").is_visible()
+    assert page.get_by_text("This view needs scripts and WebGL 2.").is_visible()
     assert not page.locator("#turntable canvas").is_visible()
     assert not page.locator("#turntable button").first.is_visible()
-    shown = pixels(page.locator("#turntable .view"))
-    assert np.abs(shown - shown[0, 0]).max() > 100
