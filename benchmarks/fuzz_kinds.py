@@ -31,7 +31,7 @@ LINES = (
     "digitise crack.png --depth-mm 8 --set photo.ruler_px=[[0,0],[100,0]] --set photo.ruler_mm=40 --ends 40,101 160,98 "
     "--via 100,100 --out new",
     "digitise trial.toml --out new --json",
-    "simulate run --threads 1 --device cpu --set output.frames_every_s=0.1",
+    "simulate run --threads 1 --device cpu --set output.snapshots_s=[0.1]",
     "validate run --device cpu --json",
     "import-mesh block.stl --units mm --set mesh.up=z --out new",
     "robot run --cell cell.toml --format all --out robot",
