@@ -12,7 +12,7 @@ from pydantic import Field, create_model
 from scipy.spatial.transform import Rotation
 from scipy.special import stdtrit
 
-from digitise.robots.programs import CSV, GCODE, TXT, URSCRIPT, InCell, LanguageSettings
+from digitise.robots.programs import CSV, GCODE, URSCRIPT, InCell, LanguageSettings
 from digitise.robots.spel import SPEL
 from digitise.settings import OnFace
 from sealtwin.core.arrays import Floats, lengths
@@ -20,7 +20,7 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.settings import Settings
 
-LANGUAGES = {language.name: language for language in (TXT, CSV, SPEL, GCODE, URSCRIPT)}
+LANGUAGES = {language.name: language for language in (CSV, SPEL, GCODE, URSCRIPT)}
 """All languages by name. Cell files, --format, plans and reports read this table."""
 if TYPE_CHECKING:
     Format = str
