@@ -4,7 +4,6 @@ import importlib
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 
@@ -45,11 +44,6 @@ def view(page):
     """Return azimuth and elevation in degrees, and the zoom."""
     page.evaluate("new Promise(requestAnimationFrame)")
     return np.array([float(number) for number in page.get_attribute("#turntable", "data-view").split()])
-
-
-def pixels(shown):
-    picture = cv2.imdecode(np.frombuffer(shown.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-    return np.asarray(picture, dtype=float)
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1280, "light")])
