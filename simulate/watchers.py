@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, naming
 from sealtwin.core.plain_files import opened
-from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import MANIFEST
 from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write_collection, write_frame
 from simulate.injection import SUBSTEP_FACTORS, Injection, Watcher
@@ -265,11 +264,6 @@ class HealthLog(Watcher):
         """Start the means for the next row."""
         self._solves, self._frames_s = len(injection.statistics.solves), injection.statistics.frames_s
         self._frame = injection.done
-
-
-def read_health(path: Path) -> dict[str, Floats]:
-    """Return the columns of a HealthLog by name, (n,) each. Empty fields are NaN."""
-    return dict(zip(COLUMNS, files.read_table(path, COLUMNS).T, strict=True))
 
 
 GRAIN_MM = 0.01  # Step to which positions are rounded, a tenth of a picture's pixel. It halves the size of the file

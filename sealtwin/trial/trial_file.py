@@ -40,7 +40,7 @@ class Output(Settings):
     """Simulated times of the snapshots, up to 100. The report shows some of them, and snapshots/ has all, for ParaView.
     The default times are from the paper. An empty list gives no snapshots."""
     pictures: bool = False
-    """Write report.pdf, and PNG files of the snapshots and of the run's numerical health, with the report."""
+    """Write report.pdf, and PNG files of the snapshots, with the report."""
 
 
 class FluidOfFile(Fluid):

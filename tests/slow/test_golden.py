@@ -51,7 +51,6 @@ NOT_COMPARED = (
     "*#*made_by",
     "*.lock#*",
     "*.sqlite#*",
-    "*health.png#*",  # Shows the computing time of each frame
     "*report.pdf#*",  # Compressed, with its date; report.html says the same
 )
 """Patterns of FILE#KEY: durations, versions, and results that a change changes on purpose, until it is merged.

@@ -164,8 +164,7 @@ def test_pdf_and_pictures_are_written_only_if_output_pictures_is_true(copied, mo
     leave_out_figures(monkeypatch)
     for wanted in ("true", "false"):
         _json("validate", copied, "--set", f"output.pictures={wanted}")
-        drawn = [name for name in ("report.pdf", "health.png") if (copied / name).exists()]
-        assert drawn == (["report.pdf", "health.png"] if wanted == "true" else [])
+        assert (copied / "report.pdf").exists() == (wanted == "true")
 
 
 def _assert_same_run(run: Path, unbroken_run: Path) -> None:
