@@ -24,10 +24,9 @@ LANGUAGES = {language.name: language for language in (CSV, SPEL, GCODE, URSCRIPT
 """All languages by name. Cell files, --format, plans and reports read this table."""
 if TYPE_CHECKING:
     Format = str
-    AnyFormat = str
     LanguageTables = Settings
 else:
-    Format, AnyFormat = Literal[tuple(LANGUAGES)], Literal[(*LANGUAGES, "all")]
+    Format = Literal[tuple(LANGUAGES)]
     # A table for each language that has settings, under the language's name.
     LanguageTables = create_model(
         "LanguageTables",
@@ -189,8 +188,8 @@ class RobotCell(LanguageTables):
 class ProgramOptions(Settings):
     """Choice of programs to write: options of 'sealtwin robot', and keywords of ``write_robot_program``."""
 
-    formats: tuple[AnyFormat, ...] = ()
-    """Formats to write. "all" writes each format for which the cell has a table. Default: the cell's formats."""
+    formats: tuple[Format, ...] = ()
+    """Formats to write. Default: the cell's formats."""
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def _written(run: Path, cell: Path, formats: str) -> set[str]:
 
 
 def test_every_robot_program_states_its_origin(run, cell):
-    assert _written(run, cell, "all") == EVERY
+    assert _written(run, cell, ",".join(LANGUAGES)) == EVERY
     report = files.read_json(run / "robot" / "robot.json")
     for name, mark in (("path.prg", "'"), ("path.gcode", ";"), ("path.script", "#")):
         head = (run / "robot" / name).read_text(encoding="utf-8")
@@ -96,11 +96,10 @@ def test_only_the_requested_robot_formats_are_written(run, cell):
     assert sealtwin("robot", run).exit_code == 2
 
 
-def test_format_all_writes_every_format_of_the_cell_or_nothing(run, cell):
+def test_a_refused_format_leaves_no_file_of_any_format(run, cell):
     edit(cell, "blend_mm = 0.4", "blend_mm = 0.9")
-    assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "all")
+    assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "csv,urscript")
     cell.write_text(CELL, encoding="utf-8")
-    assert _written(run, cell, "all") == {"path.prg", "path.csv", "robot.json"}
     assert "the format gcode requires a table [gcode]" in _refusal(run, "--cell", cell, "--format", "gcode")
 
 
