@@ -1,12 +1,11 @@
 """Watchers that write files during a run of particles. The files are complete at any moment."""
 
 import io
-import itertools
 import math
 import re
 import time
 import zipfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -138,17 +137,17 @@ def take_frame(injection: Injection) -> Frame:
 class Moments(Watcher):
     """Watcher that calls ``take`` with a frame at each of several moments."""
 
-    def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
-        """Prepare the watcher. ``times_s`` must increase and may be endless.
+    def __init__(self, times_s: Sequence[float], take: Callable[[float, Frame], None]) -> None:
+        """Prepare the watcher. ``times_s`` must increase.
 
         The arguments of ``take`` are the moment, and the frame at this moment or just after it.
         """
-        self._all_s, self._take = iter(times_s), take
+        self._all_s, self._take = times_s, take
 
     def begin(self, injection: Injection) -> None:
         """Skip the moments before the current frame of a resumed run, but not the moment of that frame."""
         # If a run is computed again, all moments are taken again.
-        self._all_s, self._times_s = itertools.tee(self._all_s)
+        self._times_s = iter(self._all_s)
         self._next_s = next(self._times_s, math.inf)
         while self._due(injection) < injection.done:
             self._next_s = next(self._times_s, math.inf)
@@ -173,7 +172,7 @@ class Moments(Watcher):
 class FrameFiles(Moments):
     """Watcher that writes frames of a run as files, and a collection file that lists these frames."""
 
-    def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
+    def __init__(self, collection: Path, times_s: Sequence[float]) -> None:
         super().__init__(times_s, self._write)
         self._collection, self._folder = collection, collection.parent
 

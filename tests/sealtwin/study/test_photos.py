@@ -20,8 +20,8 @@ SIZE_PX = (250, 150)
 GIVEN = {"photo.mm_per_px": 0.1, "photo.crack": 1, "crack.depth_mm": 16.0}
 
 
-def _digitise(photos, *arguments, scale=("--mm-per-px", 0.1)):
-    return sealtwin("digitise", photos, *scale, "--depth-mm", 16, *arguments, "--quiet")
+def _digitise(photos, *arguments):
+    return sealtwin("digitise", photos, "--mm-per-px", 0.1, "--depth-mm", 16, *arguments, "--quiet")
 
 
 def wave(y):

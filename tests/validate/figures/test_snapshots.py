@@ -6,12 +6,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from tests.support.evidence import axes_of
 from validate.figures.particles import SPEED
-from validate.figures.snapshots import (
-    Snapshot,
-    draw_fill,
-    draw_sections,
-    write_gallery,
-)
+from validate.figures.snapshots import Snapshot, draw_fill, draw_sections, write_gallery
 from validate.figures.theme import as_picture, wide_figure
 
 
