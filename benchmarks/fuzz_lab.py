@@ -32,7 +32,7 @@ MINE = {
 """Files of the user's that no command is told of."""
 MADE_BY = (
     "run trial.toml --device cpu --quiet --out run",
-    "robot run --cell cell.toml --format all --quiet",
+    "robot run --cell cell.toml --quiet",
     f"{PLAN} --out plan",
     "sweep study.toml --out study --device cpu --jobs 1 --quiet",
     "map study --any-volume --quiet",

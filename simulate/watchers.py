@@ -1,12 +1,11 @@
 """Watchers that write files during a run of particles. The files are complete at any moment."""
 
 import io
-import itertools
 import math
 import re
 import time
 import zipfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ from numpy.typing import NDArray
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, naming
 from sealtwin.core.plain_files import opened
-from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import MANIFEST
 from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write_collection, write_frame
 from simulate.injection import SUBSTEP_FACTORS, Injection, Watcher
@@ -139,17 +137,17 @@ def take_frame(injection: Injection) -> Frame:
 class Moments(Watcher):
     """Watcher that calls ``take`` with a frame at each of several moments."""
 
-    def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
-        """Prepare the watcher. ``times_s`` must increase and may be endless.
+    def __init__(self, times_s: Sequence[float], take: Callable[[float, Frame], None]) -> None:
+        """Prepare the watcher. ``times_s`` must increase.
 
         The arguments of ``take`` are the moment, and the frame at this moment or just after it.
         """
-        self._all_s, self._take = iter(times_s), take
+        self._all_s, self._take = times_s, take
 
     def begin(self, injection: Injection) -> None:
         """Skip the moments before the current frame of a resumed run, but not the moment of that frame."""
         # If a run is computed again, all moments are taken again.
-        self._all_s, self._times_s = itertools.tee(self._all_s)
+        self._times_s = iter(self._all_s)
         self._next_s = next(self._times_s, math.inf)
         while self._due(injection) < injection.done:
             self._next_s = next(self._times_s, math.inf)
@@ -174,7 +172,7 @@ class Moments(Watcher):
 class FrameFiles(Moments):
     """Watcher that writes frames of a run as files, and a collection file that lists these frames."""
 
-    def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
+    def __init__(self, collection: Path, times_s: Sequence[float]) -> None:
         super().__init__(times_s, self._write)
         self._collection, self._folder = collection, collection.parent
 
@@ -265,11 +263,6 @@ class HealthLog(Watcher):
         """Start the means for the next row."""
         self._solves, self._frames_s = len(injection.statistics.solves), injection.statistics.frames_s
         self._frame = injection.done
-
-
-def read_health(path: Path) -> dict[str, Floats]:
-    """Return the columns of a HealthLog by name, (n,) each. Empty fields are NaN."""
-    return dict(zip(COLUMNS, files.read_table(path, COLUMNS).T, strict=True))
 
 
 GRAIN_MM = 0.01  # Step to which positions are rounded, a tenth of a picture's pixel. It halves the size of the file

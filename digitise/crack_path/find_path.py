@@ -95,7 +95,7 @@ class CrackSearch:
             raise RivalCracksError(
                 f"{photo.file}: which line is the crack? Lines that may be it (best first, with the score as a share "
                 f"of the best): {self._listed()}. Choose one by its number, for example photo.crack = 1 (as "
-                "--set photo.crack=1, or 1 in the column crack of a table), or give both ends, ends_px (--ends).",
+                "--set photo.crack=1, or 1 in the column crack of pairing.csv), or give both ends, ends_px (--ends).",
                 ranked,
             )
         if number > len(ranked):

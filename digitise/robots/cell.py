@@ -12,7 +12,7 @@ from pydantic import Field, create_model
 from scipy.spatial.transform import Rotation
 from scipy.special import stdtrit
 
-from digitise.robots.programs import CSV, GCODE, TXT, URSCRIPT, InCell, LanguageSettings
+from digitise.robots.programs import CSV, GCODE, URSCRIPT, InCell, LanguageSettings
 from digitise.robots.spel import SPEL
 from digitise.settings import OnFace
 from sealtwin.core.arrays import Floats, lengths
@@ -20,14 +20,13 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.settings import Settings
 
-LANGUAGES = {language.name: language for language in (TXT, CSV, SPEL, GCODE, URSCRIPT)}
+LANGUAGES = {language.name: language for language in (CSV, SPEL, GCODE, URSCRIPT)}
 """All languages by name. Cell files, --format, plans and reports read this table."""
 if TYPE_CHECKING:
     Format = str
-    AnyFormat = str
     LanguageTables = Settings
 else:
-    Format, AnyFormat = Literal[tuple(LANGUAGES)], Literal[(*LANGUAGES, "all")]
+    Format = Literal[tuple(LANGUAGES)]
     # A table for each language that has settings, under the language's name.
     LanguageTables = create_model(
         "LanguageTables",
@@ -189,8 +188,8 @@ class RobotCell(LanguageTables):
 class ProgramOptions(Settings):
     """Choice of programs to write: options of 'sealtwin robot', and keywords of ``write_robot_program``."""
 
-    formats: tuple[AnyFormat, ...] = ()
-    """Formats to write. "all" writes each format for which the cell has a table. Default: the cell's formats."""
+    formats: tuple[Format, ...] = ()
+    """Formats to write. Default: the cell's formats."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,6 @@ from scipy.spatial.transform import Rotation
 from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.errors import present
 from sealtwin.core.record_files import TRAJECTORY_COLUMNS, trajectory_rows
-from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
 if TYPE_CHECKING:
@@ -237,11 +236,6 @@ def urscript_text(path: "RobotPath") -> str:
     return filled(URSCRIPT_TEMPLATE, "#", path, settings=settings, turn=turn, motions=motions)
 
 
-def points_text(path: "RobotPath") -> str:
-    """Return a text with a line "x y z" for each waypoint, in mm in the robot's frame, without a header."""
-    return _rows(path.trajectory.position_mm, 4, " ")
-
-
 def table_text(path: "RobotPath") -> str:
     """Return a CSV with the columns of trajectory.csv. x, y and z are in the robot's frame.
 
@@ -257,16 +251,12 @@ def table_text(path: "RobotPath") -> str:
         rows = np.insert(rows, first, rows[first], axis=0)
         rows[first, list(columns).index("speed_mm_s")] = 0.0
         rows[first + 1 :, 0] += path.hold_s
-    return f"{','.join(columns)}\n{_rows(rows, 6, ',')}"
-
-
-def _rows(rows: Floats, decimals: int, between: str) -> str:
     text = io.StringIO()
     # No -0.
-    np.savetxt(text, rows.round(decimals) + 0.0, f"%.{decimals}f", between)
+    np.savetxt(text, rows.round(6) + 0.0, "%.6f", ",", header=",".join(columns), comments="")
     return text.getvalue()
 
 
-TXT, CSV = Language("txt", "path.txt", points_text), Language("csv", "path.csv", table_text)
+CSV = Language("csv", "path.csv", table_text)
 GCODE = Language("gcode", "path.gcode", gcode_text, Gcode, "G-code")
 URSCRIPT = Language("urscript", "path.script", urscript_text, Urscript, "URScript", "m and rad")

@@ -20,8 +20,6 @@ class Digitising(Settings):
 
     jobs: int = Field(default=1, ge=1, le=64)
     """Number of photos digitised at the same time."""
-    explain: float | None = Field(default=None, ge=0)
-    """Explain how the walls at this arc length s in mm were located. TRIAL|PHOTO or --out must be a run folder."""
 
 
 class Tracing(Settings):

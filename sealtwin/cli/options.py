@@ -272,7 +272,6 @@ NAMES = {
     "photo.via_px": "via",
     "photo.roi_px": "roi",
     "formats": "format",
-    "all_settings": "all",
 }
 """Names of the options that are not named after their field, by the key of the field."""
 SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)

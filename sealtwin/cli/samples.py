@@ -1,7 +1,5 @@
 """Commands that print a frame of markers, trace photos, make solids and nozzle paths, and export traced cracks."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -72,13 +70,10 @@ def digitise(
 
     Examples: sealtwin digitise photo.png --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --out crack
 
-    sealtwin digitise photos --depth-mm 16 --markers markers.toml --set photo.crack=1 --out photos-digitised
+    sealtwin digitise photos --depth-mm 16 --markers markers.toml --out photos-digitised
     """
     from sealtwin.core.mesh_file import READERS
 
-    if options.explain is not None:
-        _explain(command, [*targets, *filter(None, [out])], options.explain)
-        return
     if meshes := [target for target in targets if target.suffix.lower() in READERS]:
         raise typer.BadParameter(f"{meshes[0]} is a mesh; use 'sealtwin import-mesh {meshes[0]}'")
     from sealtwin.study.photos import are_several, digitise_many, plan
@@ -102,34 +97,6 @@ def digitise(
     from sealtwin.cli.folder_answer import batch_answer
 
     command.reply(*batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=options.jobs)))
-
-
-def _explain(command: Command, folders: Sequence[Path], s_mm: float) -> None:
-    """Print how both walls of a digitised crack were located at an arc length."""
-    import numpy as np
-
-    from sealtwin.core.record_files import read_outline
-
-    folder = next((folder for folder in folders if (folder / "outline.json").is_file()), None)
-    if folder is None:
-        raise typer.BadParameter("--explain requires a run folder; digitise the photo first, then give its --out")
-    outline = read_outline(folder)
-    # Where two stretches overlap, the later one is valid.
-    stretches = {stretch.side: stretch for stretch in outline.walls if stretch.s_from_mm <= s_mm <= stretch.s_to_mm}
-    if not stretches:
-        why = (
-            "no walls were measured in a photo"
-            if not outline.walls
-            else f"the crack is {outline.length_mm:.1f} mm long"
-        )
-        raise InputError(f"{folder / 'outline.json'}: there is no explanation at s = {s_mm:g} mm, since {why}.")
-    walls, lines = dict[str, Any](), list[str]()
-    for side, stretch in stretches.items():
-        wall_mm = outline.left_wall_mm if side == "left" else outline.right_wall_mm
-        away_mm = np.interp(s_mm, outline.s_mm, np.linalg.norm(wall_mm - outline.centreline_mm, axis=1))
-        walls[side] = {"away_mm": round(float(away_mm), 3), **asdict(stretch)}
-        lines.append(f"{away_mm:.2f} mm from the centreline, {stretch.sentence()}")
-    command.reply({"s_mm": s_mm, "walls": walls}, lines)
 
 
 @answers(options="sealtwin.cli.models:DrawnCracks")

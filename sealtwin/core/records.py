@@ -256,20 +256,6 @@ class Sections:
         """True if the areas are tabulated by level, because the walls have no constant angle."""
         return self.below_mm2 is not None
 
-    def below_at_mm2(self, s_mm: Floats, level_mm: Floats) -> Floats:
-        """Return the area of the section at each ``s_mm`` below each ``level_mm``. All arrays are (m,).
-
-        A level above 0 counts as 0. Raises ValueError for straight walls, whose areas follow from their angles.
-        """
-        if self.levels_mm is None or self.below_mm2 is None:
-            raise ValueError("sections with straight walls have no table of areas by level")
-        columns = np.array([np.interp(s_mm, self.s_mm, area_mm2) for area_mm2 in self.below_mm2.T])
-        step_mm = self.levels_mm[1] - self.levels_mm[0]
-        steps = np.clip((level_mm - self.levels_mm[0]) / step_mm, 0.0, len(self.levels_mm) - 1.0)
-        row, station = np.minimum(steps.astype(int), len(self.levels_mm) - 2), np.arange(len(s_mm))
-        lower_mm2, upper_mm2 = columns[row, station], columns[row + 1, station]
-        return lower_mm2 + (steps - row) * (upper_mm2 - lower_mm2)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solid(HasSummary):

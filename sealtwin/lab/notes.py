@@ -1,9 +1,8 @@
-"""Read notes, which give settings that a photo does not show, as keys of a trial in TOML or in lines of a text."""
+"""Read notes, which give settings that a photo does not show, as keys of a trial in TOML."""
 
 import re
 import tomllib
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path, PurePath
@@ -43,9 +42,8 @@ OF_ONE = "readings.as_written"  # Key that cannot apply to all samples of a fold
 STARTER = 'Write a note with what a photo does not show: data = "measured", and depth_mm = 16.0 in [crack]'
 KEYS = "there is no such key. Write a key of a trial ('sealtwin init DIR' shows them), or data, date or operator."
 NOT_READ = (
-    "is not read, since some lines are not key = value with a key of a trial. If it has settings, write them into the "
-    "column settings of its row, such as crack.depth_mm = 9.0. If it has readings, set its role to readings. "
-    "Otherwise, set its role to ignore."
+    "is not read, since it is a text. If it has settings, write them into the column settings of its row, such as "
+    "crack.depth_mm = 9.0. If it has readings, set its role to readings. Otherwise, set its role to ignore."
 )
 NUMBER = re.compile(r"[\d¼-¾⅐-⅞]")
 LARGEST_READ_BYTES = 200_000
@@ -100,9 +98,9 @@ class Note:
 
 
 def read_note(folder: Path, file: PurePath, sample: str, note: Note, *, answered: bool = False) -> None:
-    """Add to ``note`` the settings in a TOML file, or in a text file with only lines ``key = value`` of known keys.
+    """Add to ``note`` the settings in a TOML file.
 
-    Any other text file is a fault if it may contain settings: a known key, a number that is not part of the name of its
+    A text file is a fault if it may contain settings: a known key, a number that is not part of the name of its
     ``sample``, or characters that are not UTF-8. It is not a fault if the user has ``answered`` its row.
     """
     path, where = folder / file, Location(file)
@@ -117,13 +115,6 @@ def read_note(folder: Path, file: PurePath, sample: str, note: Note, *, answered
         return
     text = content.decode("utf-8-sig", errors="replace")
     is_cut = "\ufffd" in text or len(content) == LARGEST_READ_BYTES  # \ufffd replaces characters that are not UTF-8
-    if not is_cut and "#" not in text:  # A comment may change the meaning of a setting, so a person must read it
-        with suppress(ValueError, RecursionError):
-            settings, alone = tomllib.loads(text), Note()
-            alone.take_tables(settings, where)
-            if not alone.faults:
-                note.take_tables(settings, where)
-                return
     words = [word for word in text.split() if word in known_keys() or NUMBER.search(word)]
     if not answered and (is_cut or any(sample_key(word) != sample for word in words)):
         note.faults.append(Doubt("note", where, NOT_READ))

@@ -78,8 +78,8 @@ SHEET_ALONE = (
     "each row another range, sheet or levels. If it has no sample, set the role to ignore."
 )
 NOTE_ALONE = (
-    "Write its sample into the column sample, and settings that are not lines key = value into the column settings. If "
-    "it has readings, set its role to readings. If it has no sample, set its role to ignore."
+    "Write its sample into the column sample, and settings of a text into the column settings. If it has readings, set "
+    "its role to readings. If it has no sample, set its role to ignore."
 )
 ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 

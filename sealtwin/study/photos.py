@@ -6,7 +6,7 @@ import traceback
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, sample_trial
-from validate.readings.grid import letters, table_of
+from validate.readings.grid import letters
 from validate.result import SampleFigures
 
 BUG, SOME_FAILED = 1, 6
@@ -41,11 +41,6 @@ class PlannedPhoto:
     file: Path  # The photo, or a trial file that names the photo
     name: str  # Name of the photo's run folder
     settings: SettingValues  # Settings from the command line, by dotted name
-
-    @property
-    def crack(self) -> int | str | None:
-        """Number of the crack that is digitised in the photo. None if the user has not chosen one."""
-        return self.settings.get("photo.crack")
 
     def trial(self) -> Trial:
         """Return the trial of the photo. Raises InputError if its settings cannot be used."""
@@ -70,7 +65,6 @@ class BatchRow:
     scale_source: str = ""
     path_source: str = ""
     data: str = ""  # Origin of the photo
-    crack: int | str | None = None  # Number of the crack that the user chose in the table
     warnings: tuple[str, ...] = ()
     reason: str = ""
 
@@ -141,16 +135,14 @@ def digitise_many(
 ) -> Batch:
     """Digitise each photo into a folder in ``out``. If a photo fails, the others are still digitised.
 
-    Finished photos are not digitised again. For a photo without a trial file, the user may choose a crack by writing
-    its number into the table of an earlier call. ``locked`` is True if the caller has already locked ``out``. The page
-    shows the doubtful ``sheets``, which are given by file name. Raises InputError if ``out`` contains files of other
+    Finished photos are not digitised again. ``locked`` is True if the caller has already locked ``out``. The page shows
+    the doubtful ``sheets``, which are given by file name. Raises InputError if ``out`` contains files of other
     programs.
     """
     _refuse_foreign(out)
     with nullcontext() if locked else holding(out), progress:
         files.write_json(out / LISTING, {"version": 1, "photos": []})
         progress.start(f"Digitising {len(planned)} photos", len(planned))
-        planned = _chosen(planned, out / CSV)
         rows: dict[str, BatchRow] = {}
         # One photo at a time is digitised in this process.
         processes = min(jobs, len(planned)) if jobs > 1 else 0
@@ -169,29 +161,6 @@ def digitise_many(
             write_csv(out / CSV, batch.rows)
             write_contact_sheet(out / SHEET, out, batch.rows, sheets)
     return batch
-
-
-def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
-    """Return the photos, with the cracks that the user chose in the table.
-
-    Raises InputError if the table cannot be read.
-    """
-    if not table.is_file():
-        return [*planned]
-    head, rows = table_of(table)
-    if "file" not in head:
-        raise InputError(
-            f"{table}: there is no column file. Move this table, and repeat the command to write a new one."
-        )
-    cells = [dict(row) for _, row in rows]
-    cracks = {row["file"]: int(text) if text.isdecimal() else text for row in cells if (text := row.get("crack"))}
-    chosen = {item.file: number for item in planned if (number := cracks.get(files.as_text_cell(as_text(item.file))))}
-    return [
-        replace(item, settings={**item.settings, "photo.crack": chosen[item.file]})
-        if item.file in chosen and not _is_trial(item.file)
-        else item
-        for item in planned
-    ]
 
 
 def _photos(target: Path) -> list[Path]:
@@ -237,7 +206,7 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
 
 
 def _failed(item: PlannedPhoto, reason: str, status: str = "failed") -> BatchRow:
-    return BatchRow(as_text(item.file), item.name, status, crack=item.crack, reason=reason)
+    return BatchRow(as_text(item.file), item.name, status, reason=reason)
 
 
 def write_trace(folder: Path) -> str:
@@ -264,7 +233,6 @@ def _done(item: PlannedPhoto, folder: Path, sample: SampleFigures) -> BatchRow:
         scale_source=sample.scale_source,
         path_source=sample.path_source,
         data=sample.data,
-        crack=item.crack,
         warnings=texts(sample.warnings),
     )
 

@@ -161,7 +161,7 @@ def kinds_of(cell: CellFile, options: ProgramOptions) -> list[str]:
             raise InputError(
                 f"{cell.name}: the format {kind} requires a table [{table}]; 'sealtwin robot --example FILE' shows it."
             )
-    return [kind for kind, table in missing.items() if table is None and (kind in formats or "all" in formats)]
+    return [kind for kind, table in missing.items() if table is None and kind in formats]
 
 
 def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:

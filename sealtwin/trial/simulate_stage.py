@@ -1,23 +1,18 @@
 """Second stage: inject the sealant and measure its level."""
 
-import itertools
-import json
 import time
 from pathlib import Path
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
 from sealtwin.core.records import Run
 from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
-from sealtwin.trial.trial_file import Output
 from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, StillThere
 
 CHECKPOINT = "checkpoint.npz"  # File with the checkpoint of an unfinished run
-FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
-"""Collection files that list the frames and the snapshots. Each is in the same folder as the files that it lists."""
+SNAPSHOTS = Path("snapshots", "snapshots.pvd")  # Collection file that lists the snapshots of its folder
 HEALTH = "health.csv"
 
 
@@ -31,27 +26,23 @@ def bring_up_to_date(job: Job) -> bool:
     inputs = made_by(job, "digitise", DIGITISED)
     settings, numbers = stage_settings(trial, "simulate"), job.numbers("simulate")
     key = stage_key(inputs, {**settings, **({"device": device} if device else {})}, numbers)
-    if job.folder.is_current("simulate", key) and (not device or _has_frames(job, trial.output)):
+    if job.folder.is_current("simulate", key) and (not device or _has_snapshots(job)):
         # A run that was killed just after its end may have left its checkpoint.
         (job.path / CHECKPOINT).unlink(missing_ok=True)
         return False
-    if not device and trial.output.frames_every_s is not None:
-        job.progress.warn(Fact("output.no-frames", "the fast model has no particles, so it does not write frames."))
     began = time.monotonic()
 
     from simulate.injection import ComputeOptions
     from simulate.run import fill
 
     sample = record_files.read_sample(job.path)
-    every_s = trial.output.frames_every_s
-    frames_s = () if every_s is None else (every_s * number for number in itertools.count())
     # The checkpoint is the first of these watchers, because it may resume the run before the others begin.
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
-    frame_files, health_log = FrameFiles(job.path / FRAMES, frames_s), HealthLog(job.path / HEALTH)
+    health_log = HealthLog(job.path / HEALTH)
     # The checkpoint is in the list twice, because it must be first both before the run and after each frame.
     still_there = StillThere(job.path)
-    watchers = still_there, checkpoint, frame_files, snapshots, health_log, still_there
+    watchers = still_there, checkpoint, snapshots, health_log, still_there
     run, profile = fill(trial.pour(sample), ComputeOptions(device, job.threads, job.progress, watchers))
     begin_writing(job, "simulate")
     record_files.write_run(job.path, run)
@@ -62,10 +53,8 @@ def bring_up_to_date(job: Job) -> bool:
         facts["output"] = trial.output.model_dump(mode="json")
     else:
         # Files of an earlier particle run are deleted.
-        frames = (read_collection(job.path / name) for name in (FRAMES, SNAPSHOTS) if (job.path / name).is_file())
-        stale = (CHECKPOINT, HEALTH, FRAMES, SNAPSHOTS)
-        for path in [*(path for pairs in frames for _, path in pairs), *(job.path / name for name in stale)]:
-            path.unlink(missing_ok=True)
+        for name in (*snapshots_of(job), CHECKPOINT, HEALTH, SNAPSHOTS):
+            (job.path / name).unlink(missing_ok=True)
     wall_time_s = time.monotonic() - began
     job.folder.record("simulate", key, settings, inputs, SIMULATED, wall_time_s, numbers=numbers, **facts)
     checkpoint.remove()
@@ -112,13 +101,11 @@ def _require_fluid(job: Job) -> None:
         )
 
 
-def _has_frames(job: Job, wanted: Output) -> bool:
-    """Return True if the finished run wrote all frames and snapshots that the trial now requests."""
+def _has_snapshots(job: Job) -> bool:
+    """Return True if the finished run wrote all snapshots that the trial now requests."""
     with files.reading_stage_file(job.path / MANIFEST):
-        output = Output.model_validate_json(json.dumps(job.folder.manifest["stages"]["simulate"].get("output", {})))
-    if wanted.frames_every_s is not None and not (job.path / FRAMES).is_file():
-        return False
-    return wanted.frames_every_s in (None, output.frames_every_s) and {*wanted.snapshots_s} <= {*output.snapshots_s}
+        written = {*job.folder.manifest["stages"]["simulate"].get("output", {}).get("snapshots_s", ())}
+    return {*job.trial.output.snapshots_s} <= written
 
 
 def snapshots_of(job: Job) -> list[str]:

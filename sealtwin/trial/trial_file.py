@@ -34,17 +34,13 @@ Moment = Annotated[float, Field(ge=0, le=9999)]
 
 
 class Output(Settings):
-    """Pictures and frames of a run, which do not change its result."""
+    """Pictures and snapshots of a run, which do not change its result."""
 
-    frames_every_s: float | None = Field(default=None, ge=1e-3, le=9999)
-    """Simulated time between two frames in frames/, for ParaView. Default: no frames. For a pour of 15 s, use about
-    0.1. In the paper's trial, this gives 150 frames of up to 0.7 MB.
-    """
     snapshots_s: tuple[Moment, ...] = Field(default=(0.5, 7.0, 15.0), max_length=100)
-    """Simulated times of the snapshots in the report and in snapshots/. The default times are from the paper. An empty
-    list gives no snapshots."""
+    """Simulated times of the snapshots, up to 100. The report shows some of them, and snapshots/ has all, for ParaView.
+    The default times are from the paper. An empty list gives no snapshots."""
     pictures: bool = False
-    """Write report.pdf, and PNG files of the snapshots and of the run's numerical health, with the report."""
+    """Write report.pdf, and PNG files of the snapshots, with the report."""
 
 
 class FluidOfFile(Fluid):

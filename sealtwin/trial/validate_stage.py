@@ -26,7 +26,7 @@ from sealtwin.trial.job import (
     made_by,
     stage_settings,
 )
-from sealtwin.trial.simulate_stage import HEALTH, snapshots_of
+from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
 from validate.result import COMPARISON, PREDICTION, Evidence, ReadingsSheet, SeedRuns, provenance
 
@@ -142,14 +142,13 @@ def bring_up_to_date(job: Job) -> bool:
 
 
 def _draw_run(job: Job, evidence: Evidence) -> list[str]:
-    """Draw the snapshots and the numerical health of a particle run, and return the names of the files."""
-    from simulate.watchers import read_health
+    """Draw the snapshots of a particle run, and return the names of the files."""
     from validate.figures.snapshots import write_gallery
     from validate.report.chapters import scene_of
 
     names = [Path(name).stem for name in snapshots_of(job)]
     frames = dict(zip(names, evidence.frames, strict=True))
-    return write_gallery(job.path, frames, scene_of(evidence), read_health(job.path / HEALTH))
+    return write_gallery(job.path, frames, scene_of(evidence))
 
 
 def read_seeds(job: Job) -> SeedRuns | None:

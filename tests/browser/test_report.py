@@ -4,7 +4,6 @@ import importlib
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 
@@ -45,11 +44,6 @@ def view(page):
     """Return azimuth and elevation in degrees, and the zoom."""
     page.evaluate("new Promise(requestAnimationFrame)")
     return np.array([float(number) for number in page.get_attribute("#turntable", "data-view").split()])
-
-
-def pixels(shown):
-    picture = cv2.imdecode(np.frombuffer(shown.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-    return np.asarray(picture, dtype=float)
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1280, "light")])
@@ -113,12 +107,10 @@ def test_pointer_keys_and_buttons_turn_the_3d_view(open_report, report):
 
 
 @pytest.mark.parametrize("lack", ["scripts", "WebGL"])
-def test_a_still_picture_replaces_the_3d_view_without_scripts_or_webgl(open_report, report, lack):
+def test_a_sentence_replaces_the_3d_view_without_scripts_or_webgl(open_report, report, lack):
     look = {"java_script_enabled": False} if lack == "scripts" else {}
     script = "" if lack == "scripts" else "HTMLCanvasElement.prototype.getContext = () => null"
     page = open_report(report, script=script, **look)
-    assert page.locator("#turntable img").is_visible()
+    assert page.get_by_text("This view needs scripts and WebGL 2.").is_visible()
     assert not page.locator("#turntable canvas").is_visible()
     assert not page.locator("#turntable button").first.is_visible()
-    shown = pixels(page.locator("#turntable .view"))
-    assert np.abs(shown - shown[0, 0]).max() > 100

@@ -5,7 +5,7 @@ import pytest
 
 from digitise.geometry.polyline import signed_area
 from sealtwin.core.progress import Progress
-from sealtwin.core.record_files import read_outline, read_solid
+from sealtwin.core.record_files import read_outline
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.pipeline import run_stages
 from sealtwin.trial.job import start_job
@@ -81,24 +81,3 @@ def test_a_run_of_the_saved_trial_has_the_drawn_wall(open_page, shot, tmp_path):
     with open_folder(tmp_path / "run", create=True) as folder:
         run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("digitise",))
     assert abs(signed_area(read_outline(folder.path).outline_mm)) == pytest.approx(shown_mm2, abs=0.51)
-
-
-@pytest.mark.parametrize(("tilt", "angle"), [("flare", "5,5"), ("funnel", "4"), ("undercut", "4,84")])
-def test_the_volume_on_the_page_is_within_3_percent_of_the_solids_volume(open_page, shot, tmp_path, tilt, angle):
-    photo = tmp_path / "crack.jpg"
-    photo.write_bytes(shot.file.read_bytes())
-    bench = open_page(photo)
-    bench.give_ends(shot)
-    bench.give_scale_and_depth()
-    bench.page.select_option("#tilt", tilt)
-    bench.page.fill("#wall-angle", angle)
-    bench.page.locator(":focus").blur()
-    bench.until("window.probe.number('volume') > 0")
-    bench.await_state("walls")
-    shown = bench.number("volume")
-    bench.page.keyboard.press("Control+s")
-    bench.page.wait_for_selector("#farewell[open]")
-    trial = load_trial(photo.with_suffix(".toml"))
-    with open_folder(tmp_path / "run", create=True) as folder:
-        run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("digitise",))
-    assert shown == pytest.approx(read_solid(folder.path).cavity_volume_mm3 / 1000, rel=0.03)

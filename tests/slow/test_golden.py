@@ -51,7 +51,6 @@ NOT_COMPARED = (
     "*#*made_by",
     "*.lock#*",
     "*.sqlite#*",
-    "*health.png#*",  # Shows the computing time of each frame
     "*report.pdf#*",  # Compressed, with its date; report.html says the same
 )
 """Patterns of FILE#KEY: durations, versions, and results that a change changes on purpose, until it is merged.
@@ -103,7 +102,7 @@ COMMANDS = {
         f"sheet-{sample}": f"run ingest/{sample}/trial.toml --device cpu --out {{out}}"
         for sample in ("P03", "P08", "P09", "P10")
     },
-    "robot": "robot trial-flare --cell cell.toml --format all --out {out}",
+    "robot": "robot trial-flare --cell cell.toml --out {out}",
 }
 """Words behind ``sealtwin`` by the folder for what they write, {out}; later ones use the folders of earlier ones."""
 

@@ -1,11 +1,11 @@
-"""A small trial as it is filled: its scene, three of its frames, and its numerical health."""
+"""A small trial as it is filled: its scene and three of its frames."""
 
 import numpy as np
 import pytest
 
 from sealtwin.core.vtk_files import Frame, ParticleState
 from tests.support.evidence import RADIUS_MM, make_evidence
-from validate.figures.snapshots import PANELS, FillScene
+from validate.figures.snapshots import FillScene
 
 
 @pytest.fixture(scope="session")
@@ -32,11 +32,3 @@ def frame_of(run, t_s: float) -> Frame:
 @pytest.fixture(scope="session")
 def frames(evidence):
     return [frame_of(evidence.run, t_s) for t_s in (0.5, 7.0, 10.0)]
-
-
-@pytest.fixture(scope="session")
-def health():
-    """Health of a run in which nothing moved at the end."""
-    columns = {name: np.linspace(0.0, 0.1, 6) for panel in PANELS for name in panel.curves}
-    columns["density_error_mean"] = np.array([0.0, 0.01, 0.02, 0.03, np.nan, np.nan])
-    return columns | {"t_s": np.linspace(0.0, 1.0, 6), "escaped": np.zeros(6), "spilled": np.zeros(6)}

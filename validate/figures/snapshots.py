@@ -1,15 +1,14 @@
-"""Pictures of a run as it fills: single moments, the fill over time, and the run's numerical health."""
+"""Pictures of a run as it fills: single moments, and the fill over time."""
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from sealtwin.core.arc_length import arc_length_at
@@ -29,9 +28,7 @@ from validate.figures.particles import (
 from validate.figures.theme import (
     AIR,
     ALONG,
-    MEASURED,
     ON_GROUND,
-    SIMULATED,
     THIRD,
     as_picture,
     label_axes,
@@ -43,36 +40,8 @@ from validate.figures.theme import (
 AROUND_MM = 8.0  # Width of the face shown around the crack
 MAX_ROWS = 8  # Largest number of moments below each other. More frames are thinned out evenly.
 NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
-STYLES = ((SIMULATED, "-"), (MEASURED, (0, (4, 2))))
-"""Colour and dashes of a panel's two curves. The curves can be told apart without colour, and if they coincide."""
 Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
 DPI = 150  # Resolution of a PNG
-
-
-class Panel(NamedTuple):
-    """A panel of the figure of a run's health."""
-
-    label: str  # Quantity and unit
-    curves: Mapping[str, str]  # Label of each curve by its column
-    factor: float = 1.0  # Factor that converts the columns into the panel's unit
-    counts: bool = False  # True for whole numbers
-
-
-PANELS = (
-    Panel(
-        "compression (%)",
-        {"density_error_mean": "mean of moving particles", "density_error_p95": "95th percentile"},
-        factor=100.0,
-    ),
-    Panel("particles", {"particles": "released", "moving": "moving"}, counts=True),
-    Panel(
-        "particles",
-        {"escaped": "through a wall: must stay 0", "spilled": "spilled over the sample's edge"},
-        counts=True,
-    ),
-    Panel("iterations", {"viscosity_iterations": "viscosity solve, per substep"}),
-    Panel("time (ms)", {"ms_a_frame": "computing time per frame"}),
-)
 
 
 class FillScene(Views):
@@ -178,40 +147,9 @@ class Snapshot:
         return self.figure
 
 
-@themed()
-def draw_health(columns: Mapping[str, Floats]) -> Figure:
-    """Draw the columns of health.csv, which are given by name. They have the same length. NaN is an empty field."""
-    figure = wide_figure(8.5)
-    rows = figure.subplots(len(PANELS), 1, sharex=True)
-    for axes, panel in zip(rows, PANELS, strict=True):
-        for (name, label), (colour, dashes) in zip(panel.curves.items(), STYLES, strict=False):
-            # The curve is drawn above the axis, which would hide a line of zeros.
-            axes.plot(
-                columns["t_s"],
-                panel.factor * columns[name],
-                color=colour,
-                linestyle=dashes,
-                linewidth=1.2,
-                label=label,
-                clip_on=False,
-                zorder=3,
-            )
-        highest = panel.factor * max(float(np.nanmax(columns[name], initial=0.0)) for name in panel.curves)
-        axes.set_ylim(0.0, 1.08 * highest if highest else 1.0)
-        if panel.counts:
-            axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-        label_axes(axes, "", panel.label, "", legend=2)
-    rows[-1].set_xlabel("simulated time (s)")
-    return figure
-
-
-def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, health: Mapping[str, Floats]) -> list[str]:
-    """Write a PNG of the run's health, and a PNG of each frame under the frame's name.
-
-    Returns the names of the files in ``folder``.
-    """
-    written = _write(folder, "health", draw_health(health))
-    snapshot = Snapshot(scene)
+def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene) -> list[str]:
+    """Write a PNG of each frame under the frame's name, and return the names of the files in ``folder``."""
+    written, snapshot = list[str](), Snapshot(scene)
     # The last frame first: its ages have the widest labels, which set the layout of all.
     for name, frame in reversed(frames.items()):
         written += _write(folder, f"snapshots/{name}", snapshot.draw(frame))

@@ -1,4 +1,4 @@
-"""The fill in three dimensions: a mesh that the reader of a page can turn, and a still picture of it.
+"""The fill in three dimensions: a mesh that the reader of a page can turn.
 
 Only facets that face the viewer are drawn. The near wall of the crack faces away, so it does not hide the sealant.
 """
@@ -6,29 +6,24 @@ Only facets that face the viewer are drawn. The near wall of the crack faces awa
 import base64
 import json
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
 from matplotlib.colors import to_rgb
-from numpy.typing import NDArray
 from scipy import ndimage
 from skimage.measure import marching_cubes
 
-from sealtwin.core.records import FaceLabel, Floats, Integers, Run, Solid
-from validate.figures.solid_pictures import (
-    DARKEST,
-    FACE_COLOURS,
-    INSIDE,
-    LIGHT,
-    facet_normals,
-    render,
-    square_on,
-    unit,
-    view_axes,
-)
-from validate.figures.theme import AGES, ON_GROUND
+from sealtwin.core.arrays import normals
+from sealtwin.core.records import FaceLabel, Floats, Integers, Run, Solid, unit
+from validate.figures.theme import AGES, GROUND, ON_GROUND
+
+FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
+"""Colours of a solid's facets, in the order of ``FaceLabel``."""
+INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)  # Labels of the facets of the cavity
+LIGHT = np.array([-0.36, 0.48, 0.8])
+"""Unit vector towards the light. Its components point to the right and up in the picture, and towards the viewer."""
+DARKEST = 0.55  # Brightness of a facet without light. Its colour can still be compared with the colour scale.
 
 # Sizes of the model in 3-D. They change its look and the page's size, but no figure of a result. Blur and limits were
 # chosen by counting vertices and bytes, and by the density of a lattice of particles. The view was chosen by eye.
@@ -52,10 +47,6 @@ ASIDE_DEG, DOWN_DEG = 28.0, 32.0
 """Angles of the first view in degrees. The first angle turns the view away from the right angle to the crack, which
 shows the crack's width. The second angle is the downward tilt from the horizontal."""
 RIM_MM = 0.35  # Width of the line around the crack's mouth
-STILL_PX = (1000, 500)  # Width and height of the still picture
-MARGIN = 0.08
-"""Smallest margin of the first view, as a fraction of the picture's width. It is needed because the mesh is wider in
-other views."""
 STEPS = 65_535  # Number of steps across the largest extent, which 16 bits can count: 2 µm each for 160 mm
 MAX_CORNERS = STEPS + 1 - MAX_VERTICES
 """Largest number of vertices of walls and rim, because indices have 16 bits. The paper's trial has 7,000 such vertices,
@@ -74,17 +65,6 @@ class Turntable:
     elevation_deg: float
     oldest_s: float  # Upper end of the scale of ages, which begins at 0
 
-    @cached_property
-    def still(self) -> NDArray[np.uint8]:
-        """RGBA picture of the page's first view, (h, w, 4)."""
-        shown, low_mm, high_mm = self._first_view
-        colour, normal = (values[shown].mean(axis=1) for values in (self.colour, self.normal))
-        width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
-        view_deg = self.azimuth_deg, self.elevation_deg
-        picture = render(self.vertices_mm, shown, colour, *view_deg, width_px, face_normal=unit(normal))
-        room = np.subtract(STILL_PX[::-1], picture.shape[:2])
-        return np.pad(picture, [*zip(room // 2, room - room // 2, strict=True), (0, 0)])
-
     def packed(self) -> str:
         """Return JSON for the page's script, with the mesh in base64, little-endian.
 
@@ -101,8 +81,7 @@ class Turntable:
             {
                 "low_mm": low_mm.tolist(),
                 "step_mm": step_mm,
-                "middle_mm": self._middle_mm.tolist(),
-                "across_mm": self._across_mm,
+                "middle_mm": ((low_mm + high_mm) / 2).tolist(),
                 "reach_mm": float(np.linalg.norm(high_mm - low_mm)),
                 "azimuth_deg": self.azimuth_deg,
                 "elevation_deg": self.elevation_deg,
@@ -112,30 +91,6 @@ class Turntable:
                 "faces": base64.b64encode(self.faces.astype("<u2").tobytes()).decode(),
             }
         )
-
-    @cached_property
-    def _first_view(self) -> tuple[Integers, Floats, Floats]:
-        """Facets of the first view, (f, 3), and the lower left and upper right corners of their picture."""
-        right, up, toward = view_axes(self.azimuth_deg, self.elevation_deg)
-        shown = self.faces[facet_normals(self.vertices_mm, self.faces) @ toward > 0]
-        picture_mm = self.vertices_mm[np.unique(shown)] @ np.column_stack([right, up])
-        return shown, picture_mm.min(axis=0), picture_mm.max(axis=0)
-
-    @property
-    def _across_mm(self) -> float:
-        """Width of the picture in millimetres of the sample."""
-        _, low_mm, high_mm = self._first_view
-        width_mm, height_mm = high_mm - low_mm
-        return float(max(width_mm, height_mm * STILL_PX[0] / STILL_PX[1])) / (1 - 2 * MARGIN)
-
-    @property
-    def _middle_mm(self) -> Floats:
-        """Middle of the first view, (3,), about which the mesh turns."""
-        _, low_mm, high_mm = self._first_view
-        right_mm, up_mm = (low_mm + high_mm) / 2
-        right, up, toward = view_axes(self.azimuth_deg, self.elevation_deg)
-        depth_mm = float((self.vertices_mm.min(axis=0) + self.vertices_mm.max(axis=0)) @ toward / 2)
-        return right_mm * right + up_mm * up + depth_mm * toward
 
 
 def build_turntable(run: Run, solid: Solid) -> Turntable:
@@ -259,3 +214,17 @@ def _spread(position: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
     share = np.prod(np.where(corners, part, 1 - part), axis=2) * weight[:, None]
     node = np.ravel_multi_index(tuple(np.moveaxis(base[:, None] + corners, 2, 0)), shape)
     return np.bincount(node.ravel(), share.ravel(), int(np.prod(shape))).reshape(shape).astype(float)
+
+
+def square_on(solid: Solid) -> float:
+    """Return the azimuth of a view at right angles to the cavity's long side."""
+    cavity = np.unique(solid.faces[np.isin(solid.face_label, INSIDE)])
+    plan = solid.vertices_mm[cavity, :2]
+    _, _, axes = np.linalg.svd(plan - plan.mean(axis=0), full_matrices=False)
+    azimuth_deg = float(np.degrees(np.arctan2(axes[0, 1], axes[0, 0])))
+    return (azimuth_deg + 90) % 180 - 90
+
+
+def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
+    """Return the outward unit normal of each facet, (f, 3). It is zero for a facet without area."""
+    return unit(normals(vertices_mm[faces]))

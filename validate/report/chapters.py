@@ -25,7 +25,7 @@ from sealtwin.core.run_folder import versions
 from validate.figures.first_figure import FirstFigure
 from validate.figures.levels import draw_histogram, draw_uncertainty, draw_weighed_fill
 from validate.figures.snapshots import FillScene, draw_fill
-from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
+from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
 from validate.intervals import ErrorUncertainty
 from validate.report.report_facts import (
@@ -57,7 +57,7 @@ class PhotoBlock:
 
 @dataclass(frozen=True)
 class Model:
-    """A model in 3-D that the page can turn. The PDF shows it from one side."""
+    """A model in 3-D that the page can turn. The PDF does not show it."""
 
     caption: str
     alt: str
@@ -79,8 +79,8 @@ class CommandLines:
     comment: str
 
 
-Picture = PhotoBlock | Model | Plate
-Item = Picture | PageTable | Paragraph | CommandLines
+Picture = PhotoBlock | Plate
+Item = Picture | Model | PageTable | Paragraph | CommandLines
 
 
 @dataclass(frozen=True)
@@ -158,8 +158,7 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     yield "Mass balance", "mass-balance", balance
     if prediction is not None:
         yield "Uncertainty in figures", "budget", [table("table_prediction", p=prediction)]
-    solid = Plate(sentence("figure_solid", e=evidence), lambda: draw_solid(evidence.solid))
-    shown: list[Item] = [solid]
+    shown: list[Item] = []
     if evidence.run.has_particles:
         parts = evidence.run, evidence.outline, evidence.solid
         shown.append(Plate(sentence("figure_sections"), lambda: draw_sections(*parts)))

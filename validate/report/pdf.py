@@ -1,6 +1,6 @@
 """The report as a PDF of at most four pages: the facts of the first page, and all pictures with their captions.
 
-There are two pages of text and two pages of pictures with six pictures each. A report has at most twelve pictures.
+There are two pages of text and two pages of pictures with six pictures each. A report has at most ten pictures.
 Pages say if text was left out.
 """
 

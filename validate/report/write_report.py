@@ -6,7 +6,6 @@ import io
 from collections.abc import Mapping, Sequence
 from importlib.resources import files as resources
 from pathlib import Path
-from typing import Literal
 
 import matplotlib
 import numpy as np
@@ -14,12 +13,11 @@ from markupsafe import Markup
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from PIL import Image, WebPImagePlugin  # noqa: F401  # This registers WebP: PIL itself would load all its formats.
+from PIL import Image
 
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.first_figure import NARROW, WIDE
 from validate.figures.page import page_environment
-from validate.figures.solid_pictures import draw_still
 from validate.figures.theme import AGES, as_picture, as_svg, in_page
 from validate.report.chapters import (
     Chapter,
@@ -44,7 +42,7 @@ from validate.sentences import sentence
 from validate.units import PageTable
 
 DPI = 150  # Resolution of pixels inside the page's figures, and of the PDF's figures
-QUALITY = {"quality": 85, "method": 2}  # Encoding of photos and stills. WebP's default method takes twice as long.
+QUALITY = 85  # Quality of JPEGs of photos
 STOPS = 9  # Colours between which the page interpolates a colour scale. Viridis is then exact to 1 %.
 REPORT, PDF = ("report.html", "report.json"), "report.pdf"  # Files of a report, and its PDF
 
@@ -121,8 +119,7 @@ def _page(
 ) -> str:
     environment = page_environment()
     environment.filters["kind"] = lambda item: type(item).__name__
-    environment.filters["photo"] = lambda item: _data_uri("jpeg", item.pixels)
-    environment.filters["still"] = lambda item: _data_uri("webp", item.still)
+    environment.filters["photo"] = lambda item: _data_uri(item.pixels)
     environment.filters["svg"] = lambda item: in_page(drawings[item], item.caption)
     turns = any(isinstance(item, Model) for chapter in content for item in chapter.items)
     script = resources("validate").joinpath("templates", "turntable.js").read_text(encoding="utf-8") if turns else ""
@@ -139,20 +136,16 @@ def _page(
     )
 
 
-def _encoded(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> io.BytesIO:
+def _jpeg(pixels: NDArray[np.uint8]) -> io.BytesIO:
     target = io.BytesIO()
-    Image.fromarray(pixels).save(target, kind, **QUALITY)
+    Image.fromarray(pixels).save(target, "jpeg", quality=QUALITY)
     return target
 
 
-def _data_uri(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> str:
-    return f"data:image/{kind};base64," + base64.b64encode(_encoded(kind, pixels).getvalue()).decode()
+def _data_uri(pixels: NDArray[np.uint8]) -> str:
+    return "data:image/jpeg;base64," + base64.b64encode(_jpeg(pixels).getvalue()).decode()
 
 
 def _picture(item: Picture, figures: Mapping[Plate, Figure]) -> Image.Image | io.BytesIO:
-    if isinstance(item, PhotoBlock):
-        # The PDF includes the JPEG as it is.
-        return _encoded("jpeg", item.pixels)
-    if isinstance(item, Plate):
-        return as_picture(figures[item], DPI)
-    return as_picture(draw_still(item.turntable.still, item.turntable.oldest_s), DPI)
+    # The PDF includes the JPEG as it is.
+    return _jpeg(item.pixels) if isinstance(item, PhotoBlock) else as_picture(figures[item], DPI)

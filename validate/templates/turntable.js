@@ -1,4 +1,4 @@
-// Turns the mesh of turntable.py by pointer, finger or key. Without WebGL 2 the page shows the still picture.
+// Turns the mesh of turntable.py by pointer, finger or key. It needs WebGL 2.
 (() => {
   const stage = document.getElementById("turntable");
   const canvas = stage.querySelector("canvas");
@@ -77,8 +77,8 @@
     const toward = [Math.cos(e) * Math.sin(a), -Math.cos(e) * Math.cos(a), Math.sin(e)];
     const up = [-Math.sin(e) * Math.sin(a), Math.sin(e) * Math.cos(a), Math.cos(e)];
     gl.uniformMatrix3fv(uniform("view"), true, [...right, ...up, ...toward]);
-    // As close as the still picture, or farther away if the turned mesh would not fit.
-    const across = Math.max(model.across_mm / 2, MARGIN * reach(right), (MARGIN * reach(up) * width) / height);
+    // Farther away if the turned mesh would not fit.
+    const across = Math.max(model.reach_mm / 2, MARGIN * reach(right), (MARGIN * reach(up) * width) / height);
     const closeness = eye.zoom / across;
     gl.uniform3f(uniform("scale"), closeness, (closeness * width) / height, -1 / model.reach_mm);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);

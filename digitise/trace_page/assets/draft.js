@@ -49,18 +49,6 @@ export const shapeOf = (draft) =>
 const withKeys = (draft, wanted) =>
   Object.fromEntries(Object.keys(wanted).filter((key) => wanted[key]).map((key) => [key, draft[key]]));
 
-/** Volume of the cavity in ml by its mean width: exact for one depth and an even crack; null if unknown. */
-export function volumeOf({ depth_mm: depth, tilt, wall_angle_deg: angleDeg }, walls) {
-  if (!walls || walls.unit !== "mm" || !depth) return null;
-  const mean = walls.area / walls.length;
-  const closing = Math.tan(((angleDeg ?? 11) * Math.PI) / 180);
-  if (tilt === "flare" || tilt === "undercut") return (walls.area + closing * depth * walls.length) * depth / 1000;
-  if (tilt !== "funnel" || !closing) return (walls.area * depth) / 1000;
-  // Closing walls meet at a depth; below it there is no cavity.
-  const deep = Math.min(depth, mean / (2 * closing));
-  return ((mean - closing * deep) * deep * walls.length) / 1000;
-}
-
 export const hasEnds = (draft) => draft.ends_px.every(Boolean);
 
 const without = (points, index) => points.filter((_, place) => place !== index);

@@ -1,13 +1,13 @@
 // The trace page: points go to the server, lines come back.
 
-import { draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, volumeOf, withoutCrack, withoutWall } from "./draft.js";
+import { draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, withoutCrack, withoutWall } from "./draft.js";
 import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
 import { Leaving } from "./leaving.js";
 import { Lines, Offers, Points } from "./marks.js";
 import { part } from "./page.js";
-import { showCoordinates, showDrawn, showFields, showPhotos, showVolume, watchFields } from "./panel.js";
+import { showCoordinates, showDrawn, showFields, showPhotos, watchFields } from "./panel.js";
 import { Tracing, opening } from "./server.js";
 import { rove } from "./toolbar.js";
 import { TOOLS, addButtons, toolNames } from "./tools.js";
@@ -115,7 +115,7 @@ function takeAnswer(answer, { sketch = false, still = false }) {
   }
   const whole = kind !== "path" || !still;
   if ((kind && whole) || (answer.refused && !sketch) || (answer.done && still)) findings.draw(draft.via_px.length);
-  if (kind) followVolume();
+  if (kind) checkDepth();
   if (kind !== "walls") return;
   say(`Walls traced: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
 }
@@ -138,7 +138,7 @@ function refresh() {
     remove: (id) => commit(pointOf(id).remove()),
   });
   showFields(draft, facts.tables);
-  followVolume();
+  checkDepth();
   part("guide").textContent = TOOLS[tool].guide(draft);
   for (const button of part("tools").children) button.setAttribute("aria-pressed", String(button.dataset.tool === tool));
   part("undo").disabled = !history.can(-1);
@@ -160,9 +160,9 @@ function showFace() {
   else lines.set("face", findings.scale?.face_px, true);
 }
 
-function followVolume() {
+function checkDepth() {
   const { walls } = findings;
-  showVolume(facts.tables.length ? null : volumeOf(draft, walls), draft.depth_mm < walls?.mean_width);
+  part("shallow").hidden = !(walls?.unit === "mm" && draft.depth_mm && draft.depth_mm < walls.mean_width);
 }
 
 /** Move all marks to the photo's current place. */

@@ -27,10 +27,6 @@ export function showWalls(walls) {
   part("area").textContent = walls ? inUnit(walls.area, digits[2], `${unit}²`) : "–";
 }
 
-export function showVolume(volumeMl, shallow) {
-  part("volume").textContent = volumeMl === null ? "–" : inUnit(volumeMl, 2, shallow ? "ml; depth in cm?" : "ml");
-}
-
 const SOURCES = {
   ends: () => "Between your two ends",
   via: (count) => `Between your two ends, past ${count} via point${count === 1 ? "" : "s"}`,

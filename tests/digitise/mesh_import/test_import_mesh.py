@@ -18,7 +18,7 @@ from digitise.solid.footprint import lay_out
 from digitise.solid.sections import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.mesh_file import Triangles
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
@@ -115,11 +115,12 @@ def test_the_sections_of_an_imported_solid_give_its_volume_below_each_level(tmp_
     write_solid(tmp_path, solid)
     settings = MeshInput.model_validate({"file": Path("crack.stl"), "data": "synthetic", "units": "mm"})
     sections = import_sample(settings, tmp_path).solid.sections
+    levels_mm, areas_mm2 = present(sections.levels_mm, "levels"), present(sections.below_mm2, "areas")
     slicer = Slicer(lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)
     for level_mm in (-12.0, -8.0, -3.0, -0.02):
         depths_mm = np.linspace(-level_mm, 16.0 - 1e-6, 60)
         expected_mm3 = np.trapezoid([slicer.cavity(depth_mm).area() for depth_mm in depths_mm], depths_mm)
-        below_mm2 = sections.below_at_mm2(sections.s_mm, np.full(len(sections.s_mm), level_mm))
+        below_mm2 = [np.interp(level_mm, levels_mm, area_mm2) for area_mm2 in areas_mm2]
         below_mm3 = np.trapezoid(below_mm2, sections.s_mm)
         assert below_mm3 == pytest.approx(expected_mm3, abs=2e-3 * solid.cavity_volume_mm3), level_mm
 

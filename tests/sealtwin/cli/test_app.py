@@ -89,10 +89,6 @@ def test_a_second_digitise_command_for_the_same_trial_changes_no_file(trial, tmp
     before = {path: path.stat().st_mtime_ns for path in run.iterdir() if not path.name.startswith(".")}
     assert "nothing to redo" in sealtwin("digitise", trial, "--out", run).stderr
     assert before == {path: path.stat().st_mtime_ns for path in before}
-    walls = json.loads(sealtwin("digitise", run, "--explain", 5, "--json").stdout)["walls"]
-    assert [walls[side]["method"] for side in ("left", "right")] == ["edge", "edge"]
-    assert "--explain requires a run folder" in sealtwin("digitise", trial, "--explain", 5).stderr
-    assert "mm long" in refusal("digitise", run, "--explain", 500)
     for name in ("manifest.json", "trial.toml", "outline.json", "solid.json"):
         text = (run / name).read_text()
         assert [place for place in (str(tmp_path), str(Path.home())) if place in text] == [], name

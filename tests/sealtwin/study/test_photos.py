@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sealtwin.cli.folder_answer import batch_answer
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.progress import Progress
 from sealtwin.study import photos as batch
@@ -19,8 +20,8 @@ SIZE_PX = (250, 150)
 GIVEN = {"photo.mm_per_px": 0.1, "photo.crack": 1, "crack.depth_mm": 16.0}
 
 
-def _digitise(photos, *arguments, scale=("--mm-per-px", 0.1)):
-    return sealtwin("digitise", photos, *scale, "--depth-mm", 16, *arguments, "--quiet")
+def _digitise(photos, *arguments):
+    return sealtwin("digitise", photos, "--mm-per-px", 0.1, "--depth-mm", 16, *arguments, "--quiet")
 
 
 def wave(y):
@@ -45,15 +46,6 @@ def rows_of(out):
         return {Path(row["file"]).name: row for row in csv.DictReader(table)}
 
 
-def choose(out, **numbers):
-    """Write the number of the crack into the row of each photo in photos.csv."""
-    rows = rows_of(out)
-    with (out / "photos.csv").open("w", newline="") as table:
-        writer = csv.DictWriter(table, next(iter(rows.values())))
-        writer.writeheader()
-        writer.writerows(row | {"crack": numbers.get(Path(name).stem, row["crack"])} for name, row in rows.items())
-
-
 def _both(lab, out, **how):
     """Digitise the two photos with a crack."""
     return digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), out, Progress(), **how)
@@ -62,15 +54,13 @@ def _both(lab, out, **how):
 @pytest.fixture(scope="module")
 def done(lab, tmp_path_factory):
     out = tmp_path_factory.mktemp("batch") / "out"
-    assert _digitise(lab, "--out", out).stdout.count("which line is the crack?") == 2
-    choose(out, first=1, second=1)
-    return out, _digitise(lab, "--out", out)
+    return out, batch_answer(digitise_many(plan([lab], GIVEN), out, Progress()))
 
 
 def test_a_batch_continues_past_failed_photos_and_lists_the_failures(done):
     out, answer = done
-    assert answer.exit_code == 6, answer.output
-    note, plain = answer.stdout.splitlines()[-2:]
+    assert answer.exit_code == 6
+    note, plain = answer.lines[-2:]
     assert "failed: " in note
     assert "note.jpg: not a readable photo" in note
     assert "plain.png: no crack found" in plain
@@ -85,25 +75,6 @@ def test_a_batch_continues_past_failed_photos_and_lists_the_failures(done):
     assert page.count("data:image/jpeg;base64,") == 2
     assert "2 of 4 photos digitised" in page
     assert "http" not in page.replace("http-equiv", ""), "it loads nothing"
-
-
-def test_a_number_in_photos_csv_chooses_between_competing_cracks(tmp_path):
-    """Neither of two similar cracks is traced before photos.csv has a number, which later calls keep."""
-    photo, out, starts = tmp_path / "photos" / "two.png", tmp_path / "out", set()
-    photo.parent.mkdir()
-    write_png(photo, with_crack(with_crack(mortar(SIZE_PX), wave(35)), wave(115)))
-    asked = _digitise(photo.parent, "--out", out)
-    assert asked.exit_code == 6
-    assert "1 in the column crack" in asked.stdout
-    assert (out / "two" / "refused.png").is_file()
-    assert "two/refused.png" in (out / "index.html").read_text()
-    for number in ("1", "2"):
-        choose(out, two=number)
-        assert _digitise(photo.parent, "--out", out).exit_code == 0
-        starts.add(round(json.loads((out / "two" / "outline.json").read_text())["outline_px"][0][1], -2))
-        assert rows_of(out)["two.png"]["crack"] == number
-    assert len(starts) == 2
-    assert not (out / "two" / "refused.png").exists()
 
 
 @pytest.mark.parametrize(

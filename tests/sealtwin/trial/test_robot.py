@@ -71,10 +71,7 @@ def _written(run: Path, cell: Path, formats: str) -> set[str]:
 
 
 def test_every_robot_program_states_its_origin(run, cell):
-    assert _written(run, cell, "all") == EVERY
-    assert len((run / "robot" / "path.csv").read_text().splitlines()) - 1 == len(
-        (run / "robot" / "path.txt").read_text().splitlines()
-    )
+    assert _written(run, cell, ",".join(LANGUAGES)) == EVERY
     report = files.read_json(run / "robot" / "robot.json")
     for name, mark in (("path.prg", "'"), ("path.gcode", ";"), ("path.script", "#")):
         head = (run / "robot" / name).read_text(encoding="utf-8")
@@ -88,22 +85,21 @@ def test_every_robot_program_states_its_origin(run, cell):
 
 
 def test_only_the_requested_robot_formats_are_written(run, cell):
-    answer = sealtwin("robot", run, "--cell", cell, "--format", "txt,gcode")
-    assert {path.name for path in (run / "robot").iterdir()} == {"path.txt", "path.gcode", "robot.json"}
+    answer = sealtwin("robot", run, "--cell", cell, "--format", "csv,gcode")
+    assert {path.name for path in (run / "robot").iterdir()} == {"path.csv", "path.gcode", "robot.json"}
     report = json.loads((run / "robot" / "robot.json").read_text())
     # 80 mm of crack, less two trims of 10, at 4 mm/s; an open end is good to a millimetre.
     assert report["length_mm"] == pytest.approx(60.0, abs=2.0)
     assert report["duration_s"] == pytest.approx(report["length_mm"] / 4.0, rel=1e-6)
     assert answer.stdout.startswith(f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, 4.8 ml;")
-    assert sealtwin("robot", run, "--cell", cell, "--format", "txt,krl").exit_code == 2
+    assert sealtwin("robot", run, "--cell", cell, "--format", "csv,krl").exit_code == 2
     assert sealtwin("robot", run).exit_code == 2
 
 
-def test_format_all_writes_every_format_of_the_cell_or_nothing(run, cell):
+def test_a_refused_format_leaves_no_file_of_any_format(run, cell):
     edit(cell, "blend_mm = 0.4", "blend_mm = 0.9")
-    assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "all")
+    assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "csv,urscript")
     cell.write_text(CELL, encoding="utf-8")
-    assert _written(run, cell, "all") == {"path.txt", "path.csv", "path.prg", "robot.json"}
     assert "the format gcode requires a table [gcode]" in _refusal(run, "--cell", cell, "--format", "gcode")
 
 
@@ -141,7 +137,7 @@ def test_a_missing_robot_cell_and_an_unfinished_run_are_refused(run, cell, tmp_p
 
 def test_robot_files_in_another_folder_replace_only_earlier_robot_files(run, cell, tmp_path):
     out = tmp_path / "stick"
-    for kind, name in (("csv", "path.csv"), ("csv", "path.csv"), ("txt", "path.txt")):
+    for kind, name in (("csv", "path.csv"), ("csv", "path.csv"), ("spel", "path.prg")):
         assert sealtwin("robot", run, "--cell", cell, "--format", kind, "--out", out).exit_code == 0
         # Files of the previous call could be taken for those of this call.
         assert {path.name for path in out.iterdir()} == {name, "robot.json"}
@@ -151,19 +147,19 @@ def test_robot_files_in_another_folder_replace_only_earlier_robot_files(run, cel
     assert "path.csv: 'sealtwin robot' did not write this file, or it was changed" in _refusal(
         run, "--cell", cell, "--format", "csv", "--out", out
     )
-    assert sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
-    (out / "path.txt").write_text("edited")
+    assert sealtwin("robot", run, "--cell", cell, "--format", "spel", "--out", out).exit_code == 0
+    (out / "path.prg").write_text("edited")
     refusal = _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
-    assert "path.txt: 'sealtwin robot' did not write this file, or it was changed" in refusal
+    assert "path.prg: 'sealtwin robot' did not write this file, or it was changed" in refusal
     left = {path.name: path.read_text() for path in out.iterdir() if path.name != "robot.json"}
-    assert left == {"path.csv": "mine", "notes.txt": "mine", "path.txt": "edited"}
+    assert left == {"path.csv": "mine", "notes.txt": "mine", "path.prg": "edited"}
 
 
 def test_a_forged_robot_json_deletes_no_other_files(run, cell, tmp_path):
     (tmp_path / "diary.txt").write_text("mine")
     forged = {"files": {"../diary.txt": sha256(tmp_path / "diary.txt")}}
     files.write_json(tmp_path / "stick" / "robot.json", forged)
-    call = ("robot", run, "--cell", cell, "--format", "txt", "--out", tmp_path / "stick")
+    call = ("robot", run, "--cell", cell, "--format", "spel", "--out", tmp_path / "stick")
     assert sealtwin(*call).exit_code == 0
     assert (tmp_path / "diary.txt").read_text() == "mine"
     (tmp_path / "stick" / "robot.json").write_text("[]")

@@ -2,18 +2,11 @@
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from tests.support.evidence import axes_of
 from validate.figures.particles import SPEED
-from validate.figures.snapshots import (
-    Snapshot,
-    draw_fill,
-    draw_health,
-    draw_sections,
-    write_gallery,
-)
+from validate.figures.snapshots import Snapshot, draw_fill, draw_sections, write_gallery
 from validate.figures.theme import as_picture, wide_figure
 
 
@@ -52,10 +45,9 @@ def test_all_snapshots_of_a_run_share_one_layout(scene, frames, tmp_path, monkey
         return [name]
 
     monkeypatch.setattr("validate.figures.snapshots._write", written)
-    monkeypatch.setattr("validate.figures.snapshots.draw_health", lambda _: Figure())
     named = {f"{frame.t_s:08.3f}s": frame for frame in frames}
     last, *others = (f"snapshots/{name}" for name in reversed(named))
-    assert write_gallery(tmp_path, named, scene, {}) == ["health", last, *others]
+    assert write_gallery(tmp_path, named, scene) == [last, *others]
     assert laid_out == [last]
 
 
@@ -66,10 +58,3 @@ def test_a_snapshot_shows_nothing_of_the_previous_snapshot(scene, frames):
     for figure in (once, after):
         figure.set_layout_engine("none")
     assert as_picture(once, 50).tobytes() == as_picture(after, 50).tobytes()
-
-
-def test_the_figure_of_health_shows_compression_in_percent_and_losses_from_zero(health):
-    compression, _, lost, *_ = axes_of(draw_health(health))
-    assert np.nanmax(np.asarray(compression.lines[0].get_ydata(), float)) == pytest.approx(3.0)
-    assert compression.get_ylabel() == "compression (%)"
-    assert lost.get_ylim() == (0.0, 1.0)

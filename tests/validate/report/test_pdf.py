@@ -39,7 +39,7 @@ def pages_of(path, data: ReportData, captions) -> list[tuple[str, int]]:
 
 
 def test_the_longest_report_has_four_pages_and_all_pictures_with_captions(tmp_path, data, evidence, frames):
-    """It has a comparison, snapshots and a weighed cavity. Seen to fail with a thirteenth picture: a fifth page."""
+    """It has a comparison, snapshots and a weighed cavity. Seen to fail with thirteen pictures: a fifth page."""
     exact = (0.0, 0.0, 0.0)
     weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, (exact, exact, exact), (1.0, 2.0))
     solid = replace(evidence.solid, figures=replace(evidence.solid.figures, weighed=weighed))

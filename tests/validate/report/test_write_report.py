@@ -73,7 +73,7 @@ def test_page_and_pdf_of_a_report_have_the_same_order_and_figure_numbers(usual):
             assert text.index("Slot 7") < text.index(words) < text.index("Figure 2. ")
         assert "over the photo (measured); scale: " in text.replace("\n", " ")
     numbers = [re.findall(r"Figure\s(\d+)\.\s", text) for text in (page.text, pdf)]
-    assert numbers[0] == numbers[1] == [str(number) for number in range(1, 9)]
+    assert numbers[0] == numbers[1] == [str(number) for number in range(1, 7)]
 
 
 def test_the_report_page_is_self_contained(usual):
@@ -102,7 +102,7 @@ def test_the_report_page_is_self_contained(usual):
 def test_every_figure_has_a_text_alternative_and_the_colours_of_the_page(usual):
     source, page, *_ = usual
     figures = [attributes for tag, attributes in page.tags if tag == "svg"]
-    assert len(figures) == 7
+    assert len(figures) == 6
     assert all(figure["role"] == "img" and figure["aria-label"] for figure in figures)
     drawing = source[source.index("<svg") :]
     # Curves too: a blue that is visible on white is hardly visible on a dark page.
@@ -138,7 +138,7 @@ def test_a_report_without_readings_states_that_nothing_was_compared(tmp_path, mo
         assert text.count("Not a validation") == 1
         assert "Agreement with the readings" not in text
         assert "mean error" not in text
-    assert sum(tag == "svg" for tag, _ in page.tags) == 6
+    assert sum(tag == "svg" for tag, _ in page.tags) == 5
     data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert (data.comparison, data.outcome) == (None, "open")
     before = [(tmp_path / name).read_bytes() for name in REPORT]
