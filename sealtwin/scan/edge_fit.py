@@ -164,8 +164,8 @@ class Edges:
         best = agreement.argmax(axis=0)
         visible = (agreement.max(axis=0) > VISIBLE) & (best > 0) & (best < len(steps) - 1)
         inner, every = np.clip(best, 1, len(steps) - 2), np.arange(count)
-        before, at, after = (agreement[inner + side, every] for side in (-1, 0, 1))
-        bend = np.minimum(before - 2 * at + after, -1e-9)
+        before, middle, after = (agreement[inner + side, every] for side in (-1, 0, 1))
+        bend = np.minimum(before - 2 * middle + after, -1e-9)
         return steps[inner] + np.clip(0.5 * (before - after) / bend, -1, 1) * cell_mm, visible
 
     def _agreements(self, places_mm: Floats) -> Floats:
