@@ -219,4 +219,4 @@ def _tilt_warnings(outline: Outline, shape: CrackShape, closing: ClosingDepth) -
 
 def _angles(shape: CrackShape) -> str:
     left_deg, right_deg = shape.wall_angles_deg
-    return f"{left_deg:g}°" if left_deg == right_deg else f"{left_deg:g}° left and {right_deg:g}° right"
+    return f"{left_deg:.3g}°" if left_deg == right_deg else f"{left_deg:.3g}° left and {right_deg:.3g}° right"

@@ -13,7 +13,7 @@ from sealtwin.core.arrays import Booleans, Floats, counted_up, unit
 
 MAD = 1.4826  # Standard deviation of a normal distribution, in median distances from its median
 STRAY = 6.0  # Distance of a stray cell from the median of its neighbours, in standard deviations of this distance
-ALIKE_MM, FEWEST_ALIKE = 0.2, 2  # Smallest distance of a stray cell, and the neighbours like it that save a cell
+LEAST_MM, FEWEST_BESIDE = 0.2, 2  # Smallest distance of a stray cell; neighbours on its side that save a cell
 AROUND = [(row, column) for row in range(3) for column in range(3) if (row, column) != (1, 1)]
 MOST_COLUMNS = 1500  # Largest number of columns of a grid along a crack
 
@@ -57,20 +57,20 @@ class HeightMap:
         return cls(np.asarray(low_mm, dtype=float), cell_mm, heights.reshape(rows, columns)).without_strays()
 
     def without_strays(self) -> "HeightMap":
-        """Return the map without cells far from the median of the 25 cells around them, and from their neighbours.
+        """Return the map without cells far from the median of the 25 cells around them that stick out.
 
-        A narrow crack is far from the median, but its cells are like their neighbours along the crack.
+        A narrow crack or a steep wall is far from the median, but its cells lie between their neighbours.
         """
         if not self.known.any():
             return self
         away_mm = np.abs(self.height_mm - cv2.medianBlur(self.filled().astype(np.float32), 5))
-        limit_mm = max(STRAY * MAD * float(np.nanmedian(away_mm)), ALIKE_MM)
+        limit_mm = max(STRAY * MAD * float(np.nanmedian(away_mm)), LEAST_MM)
         rows, columns = self.height_mm.shape
         padded = np.pad(self.height_mm, 1, constant_values=np.nan)
-        alike = np.zeros((rows, columns), dtype=int)
-        for row, column in AROUND:
-            alike += np.abs(padded[row : row + rows, column : column + columns] - self.height_mm) < limit_mm
-        stray = (away_mm > limit_mm) & (alike < FEWEST_ALIKE)
+        around_mm = np.stack([padded[row : row + rows, column : column + columns] for row, column in AROUND])
+        not_lower = np.sum(around_mm > self.height_mm - limit_mm, axis=0)
+        not_higher = np.sum(around_mm < self.height_mm + limit_mm, axis=0)
+        stray = (away_mm > limit_mm) & (np.minimum(not_lower, not_higher) < FEWEST_BESIDE)
         return HeightMap(self.corner_mm, self.cell_mm, np.where(stray, np.nan, self.height_mm))
 
     def filled(self, cells: float = np.inf) -> Floats:

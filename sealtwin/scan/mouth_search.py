@@ -192,6 +192,11 @@ class MouthSearch:
         away = sorted(filter(is_away, self._candidates), key=lambda entry: -entry.agreement)
         return [*filter(is_away, map(self.near, away[:1]))]
 
+    def beside(self, pose: Pose) -> float:
+        """Return the share of the face around the mouth that is a hollow or a heap."""
+        picture, seen = self.seen(pose.back(self.samples_mm[self.template == 0]))
+        return float(picture[seen].mean()) if seen.any() else 0.0
+
     def agreement(self, pose: Pose) -> float:
         """Return the correlation of the scan's hollows and heaps with the mouth, -1 to 1."""
         return self._correlation(pose.back(self.samples_mm), self.template)

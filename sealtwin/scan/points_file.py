@@ -74,8 +74,8 @@ def read_points(path: Path, placement: Placement) -> Floats:
     away_mm = float(np.abs(np.median(points_mm, axis=0)).max())
     if away_mm > FARTHEST_MM:
         raise InputError(
-            f"{path}: the points are {away_mm:,.0f} mm from the origin of the scan, where numbers lose their last "
-            f"digits; at most {FARTHEST_MM:,.0f} mm are allowed. Subtract the offset, and export the scan again."
+            f"{path}: the points are {away_mm:,.0f} mm from the origin of the scan, where numbers lose "
+            f"their last digits; at most {FARTHEST_MM:,.0f} mm are allowed. Correct its unit, or subtract the offset."
         )
     return points_mm
 

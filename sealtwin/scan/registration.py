@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from sealtwin.core.arrays import Booleans, Floats
 from sealtwin.core.errors import InputError
-from sealtwin.scan.edge_fit import AGREES_MM, EdgeFit, Edges
+from sealtwin.scan.edge_fit import AGREES_MM, LEAST_AGREEING, LEAST_AGREEMENT, EdgeFit, Edges
 from sealtwin.scan.height_map import MAD, HeightMap
 from sealtwin.scan.mouth_search import MOST_TURN_DEG, NEAR_FACE_MM, MouthSearch, Pose, Target
 from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
@@ -30,12 +30,11 @@ APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance of named points from their places, and of the crack from its place by them
 FEWEST_NEAR = 100  # Smallest number of points of the face at the height of the named points
 MOST_ALONG_MM = 2.5  # Largest standard uncertainty of the position along the crack by the mouth
-LEAST_AGREEMENT, LEAST_AGREEING = 0.65, 0.6
-"""Smallest correlation of the scan's hollow or heap with the mouth, and smallest share of the crack along which their
-edges agree. Of 105 other cracks across like faces, four reach both, and none of 107 at a wrong position."""
 MOST_TILTED_DEG = 5.0  # Largest angle between the face and the plane of named points, or the largest plane
 ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
 SURER = 0.08  # Difference of the agreements above which one position is clearly better
+NOT_THERE, MUCH_BESIDE = 0.2, 0.1
+"""Largest agreement of a mouth without a hollow or heap, and smallest share of the face beside it that has one."""
 LEAST_AREA = 3.0  # Smallest area of a scan, divided by the area of the mouth
 REMEDY = "Give at least three named points in readings.placement.points."
 CELLS_MM, ACROSS, FINER = (0.4, 1.0), 3.0, 4.0
@@ -100,7 +99,6 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
     else:
         fit, turned = _by_mouth(search, edges, path)
         pose, along_sd_mm, across_sd_mm = fit.pose, fit.along_sd_mm, fit.across_sd_mm
-        _require_size(finer, fit.pose, path)
     moved_mm = pose.apply(levelled_mm)
     heights = _mapped(moved_mm, target)
     face = _face_around(heights, target)
@@ -264,13 +262,20 @@ def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) ->
     mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
     if mirrored > max(agreement, best.agreement) + SURER and mirrored > LEAST_AGREEMENT:
         raise InputError(_mirrored(path, max(agreement, best.agreement), mirrored))
-    elsewhere = edges.fit(best.pose)
-    if elsewhere is not None and elsewhere.agreeing >= LEAST_AGREEING and best.agreement > agreement + SURER:
+    elsewhere, _ = edges.certain_fit(best.pose)
+    if elsewhere is not None and best.agreement > agreement + SURER:
         shift_mm = np.hypot(*edges.apart_mm(elsewhere.pose))
         raise InputError(
             f"{path}: at the named points the crack agrees with the mouth only to {agreement:.2f}, but {shift_mm:.1f} "
             f"mm away and turned by {best.pose.turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are "
             "exchanged, or their coordinates are wrong."
+        )
+    beside = search.beside(Pose(0.0, 0.0, 0.0))
+    if agreement < NOT_THERE and beside > MUCH_BESIDE:
+        raise InputError(
+            f"{path}: at the named points, {beside:.0%} of the face beside the mouth is a hollow or a heap, but the "
+            "mouth is not. The scan may be of another sample, or the coordinates of the points are wrong: sample_mm is "
+            "x to the right and y up."
         )
     return None
 
@@ -289,32 +294,39 @@ def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, f
     positions and the mirror image, so they matter only if they agree better.
     """
     best, turned = (search.best(turned=turned) for turned in (False, True))
-    mirrored = [search.mirrored.best(turned=turned).agreement for turned in (False, True)]
-    highest = max(best.agreement, turned.agreement, *mirrored)
+    mirrored = max((search.mirrored.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
+    highest = max(best.agreement, turned.agreement, mirrored.agreement)
     if highest < LEAST_AGREEMENT and (share := search.map.known.sum() / search.template.sum()) < LEAST_AREA:
         raise InputError(
             f"{path}: the scan shows {share:.1f} times the area of the crack's mouth. Most of the face is missing: "
             "scan it on both sides of the crack."
         )
-    if highest > max(best.agreement + ALIKE, LEAST_AGREEMENT):
-        turn = f"turned by {turned.pose.turn_deg:.0f} degrees"
-        apart = max(mirrored) - turned.agreement
-        cause = "mirrored" if apart > ALIKE else turn if apart < -ALIKE else f"mirrored or {turn}"
+    fit, certainty = edges.certain_fit(best.pose)
+    others = (
+        (turned, edges, f"turned by {turned.pose.turn_deg:.0f} degrees"),
+        (mirrored, Edges.of(edges.search.mirrored), "mirrored, or its upward axis is not placement.up"),
+    )
+    # A crack that looks alike from both ends is placed as the axes say.
+    least = best.agreement + (0.0 if fit is None else ALIKE)
+    doubtful = [entry for entry in others if entry[0].agreement > least]
+    judged = [(of_other.certain_fit(other.pose)[1], other.agreement, cause) for other, of_other, cause in doubtful]
+    other_certainty, agreement, cause = max(judged, default=(0.0, 0.0, ""))
+    if other_certainty > certainty + ALIKE:
         raise InputError(
-            f"{path}: the scan is {cause}: the crack agrees with the mouth to {best.agreement:.2f}, but {turn} to "
-            f"{turned.agreement:.2f} and mirrored to {max(mirrored):.2f} of 1. Export it without mirroring, with axes "
-            f"that agree with the photo's up to {MOST_TURN_DEG:g} degrees, or name points."
+            f"{path}: the scan is {cause}: the crack agrees with the mouth to {best.agreement:.2f}, but so to "
+            f"{agreement:.2f} of 1. Export it without mirroring, with axes that agree with the photo's up to "
+            f"{MOST_TURN_DEG:g} degrees, or name points."
         )
-    fit = edges.fit(best.pose)
-    agreement = best.agreement if fit is None else edges.search.agreement(fit.pose)
-    if fit is None or fit.agreeing < LEAST_AGREEING or agreement < LEAST_AGREEMENT:
+    if fit is None:
+        near = edges.fit(best.pose)
         raise InputError(
             f"{path}: the crack is not found in the scan: its edges agree with the mouth's (up to {AGREES_MM:g} mm) "
-            f"along {0.0 if fit is None else fit.agreeing:.0%} of the crack ({LEAST_AGREEING:.0%} are needed), and its "
-            f"hollow or heap to {agreement:.2f} ({LEAST_AGREEMENT:g} of 1 are needed). The sealant may be level with "
-            "the face, the scan may be of another sample or in another unit, or its largest plane may be a table: crop "
-            f"the scan to the face. {REMEDY}"
+            f"along {0.0 if near is None else near.agreeing:.0%} of the crack ({LEAST_AGREEING:.0%} are needed), and "
+            f"its hollow or heap to {best.agreement:.2f} ({LEAST_AGREEMENT:g} of 1 are needed). The sealant may be "
+            "level with the face, a part of the crack may be missing, the scan may be of another sample or in another "
+            f"unit, or its largest plane may be a table: crop the scan to the face. {REMEDY}"
         )
+    _require_size(edges.search, fit.pose, path)
     rival = max((entry.agreement for entry in search.rivals(best)), default=-1.0)
     if rival > best.agreement - ALIKE or fit.along_sd_mm > MOST_ALONG_MM:
         raise InputError(

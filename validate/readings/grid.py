@@ -80,7 +80,7 @@ class Grid:
     def require_size(self) -> Self:
         """Return the sheet. Raises SheetFaults if it has more rows or columns than a sheet of readings may have."""
         if len(self.rows) > MAX_ROWS:
-            finding = f"the sheet has more than {MAX_ROWS} rows, which is the limit."
+            finding = f"the sheet has more than {MAX_ROWS} rows, which is the limit. A scan is given as readings.scan."
             raise refused(self.location(), finding, "Use fewer stations.")
         for row, cells in self.rows.items():
             if max(cells) >= MAX_COLUMNS:

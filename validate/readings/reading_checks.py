@@ -152,7 +152,8 @@ def check_readings(
             names = _names(sheet.cells, i, j)
             if names:
                 readings_mm[i, j] = np.nan
-            answers = {CONFIRMS: list(names) or [kind], **ANSWERS.get(kind, {})}
+            of_sheets = ANSWERS.get(kind, {}) if remedies is REMEDIES else {}
+            answers = {CONFIRMS: list(names) or [kind], **of_sheets}
             kind_of_part = "row" if j is ALL else "column" if i is ALL else "cell"
             part = [f"{kind_of_part} {', '.join(names)}"] if names else []
             of_cells = where._replace(part=", ".join(filter(None, (where.part, *part))))

@@ -75,17 +75,19 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
     seen = np.isfinite(levels.level_mm)
     holes = _stretches(levels.s_mm, ~seen)
     if seen.sum() < 2:
-        raise InputError(f"{path}: shows the sealant at {counted(int(seen.sum()), 'station')}; two are needed.")
+        count = counted(int(seen.sum()), "station")
+        raise InputError(f"{path}: shows sealant at {count}, but two are needed. Is it the scan of the empty crack?")
     s_mm, level_mm = levels.s_mm[seen], levels.level_mm[seen]
     noise_mm2 = surface.noise_mm2(outline.mean_width_mm)
     beside_mm = float(np.mean(levels.clear_mm[seen] - level_mm))
     covariance = _covariance(placed, outline, s_mm, level_mm, noise_mm2)
     covariance += (BESIDE_WALLS * beside_mm) ** 2 + FIT_SD_MM**2
     weights = _weights(s_mm)
+    limit_sd_mm = float((settings.limit_mm or 0.0) / np.sqrt(3))
     tip_mm = settings.probe_mm or TIP_MM
     tip_level_mm = surface.tip_levels_mm(outline, s_mm, level_mm, tip_mm)
-    over, under = surface.volumes(levels.surface_mm, noise_mm2)
-    mean_sd_mm = float(np.sqrt(weights @ covariance @ weights))
+    over, under = surface.volumes(levels.surface_mm, noise_mm2, limit_sd_mm)
+    mean_sd_mm = float(np.hypot(np.sqrt(weights @ covariance @ weights), limit_sd_mm))
     of_level_mm3 = COVERAGE * mean_sd_mm * outline.mean_width_mm * outline.length_mm
     below_mm3 = filling.held_mm3(s_mm, np.minimum(level_mm, 0.0))
     figures = ScanFigures(
@@ -284,7 +286,9 @@ class _Surface:
             lags_mm2.append(float(np.nanmean(product)) if np.isfinite(product).any() else 0.0)
         return np.array(lags_mm2) * (1 - np.arange(MAX_LAGS) / MAX_LAGS)
 
-    def volumes(self, surface_mm: Floats, noise_mm2: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
+    def volumes(
+        self, surface_mm: Floats, noise_mm2: Floats, limit_sd_mm: float
+    ) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the volumes above and below the face in mm³, each with the half-width of its 95 % interval.
 
         Beside the mouth, sealant is higher than the face's noise, larger than a stray patch, and touches sealant above
@@ -303,7 +307,10 @@ class _Surface:
         if (spill := over & ~self.mouth).any():
             over |= self.beside & (heights.away_mm(spill) < THIN_MM) & (np.abs(height_mm) < RAISED_MM)
         under = self.mouth & (height_mm <= 0)
-        return self._volume(height_mm, over, noise_mm2), self._volume(-height_mm, under, noise_mm2)
+        return (
+            self._volume(height_mm, over, noise_mm2, limit_sd_mm),
+            self._volume(-height_mm, under, noise_mm2, limit_sd_mm),
+        )
 
     def _beside_mm(self) -> Floats:
         """Return the heights of the face without patches up to ``PATCH_MM``, and without the mouth, (rows, columns)."""
@@ -315,7 +322,7 @@ class _Surface:
         row, column = (np.minimum(np.arange(face.shape[k]) // step, coarse_mm.shape[k] - 1) for k in (0, 1))
         return coarse_mm[np.ix_(row, column)]
 
-    def _volume(self, height_mm: Floats, cells: Booleans, noise_mm2: Floats) -> tuple[float, float]:
+    def _volume(self, height_mm: Floats, cells: Booleans, noise_mm2: Floats, limit_sd_mm: float) -> tuple[float, float]:
         if not cells.any():
             return 0.0, 0.0
         heights, cell_mm2 = self.placed.heights, self.placed.heights.cell_mm**2
@@ -326,6 +333,7 @@ class _Surface:
         area_mm2 = cell_mm2 * len(x_mm)
         patch_mm2 = STATION_MM * max(float(self.mouth.sum()) * cell_mm2 / max(np.ptp(self.s_mm), STATION_MM), 1.0)
         of_noise = area_mm2 * patch_mm2 * max(float(noise_mm2[0] + 2 * noise_mm2[1:].sum()), 0.0)
+        of_noise += (area_mm2 * limit_sd_mm) ** 2
         edge_mm3 = (
             EDGE * cell_mm2 * float(np.abs(height_mm[cells & ~np.asarray(binary_erosion(cells), dtype=bool)]).sum())
         )

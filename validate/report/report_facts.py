@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.facts import Fact, Facts, of_keys, texts
+from sealtwin.core.facts import Fact, Facts, doubt, of_keys, texts
 from sealtwin.core.records import Run
 from sealtwin.core.regime import SURFACE_TENSION_N_M
 from sealtwin.core.run_figures import FAST
@@ -86,11 +86,13 @@ def faults(evidence: Evidence) -> Facts:
     """Return cautions about edited files, the run and the weighed cavity."""
     edited, weighed = evidence.edited, evidence.solid.figures.weighed
     scan = evidence.readings and evidence.readings.scan
+    questions = () if evidence.readings is None else evidence.readings.questions
     return (
         *((stated("files.edited", len(edited), level="fault", edited=edited),) if edited else ()),
+        *(() if scan is None or scan.figures.agreement is not None else (doubted("scan.unrecognised"),)),
+        *(doubt("readings.doubt", f"{question}", question.kind) for question in questions if not question.cells),
         *run_warnings(evidence.run, evidence.volume_ratio, evidence.seeds),
         *(() if weighed is None else weighed.findings),
-        *(() if scan is None or scan.figures.agreement is not None else (doubted("scan.unrecognised"),)),
     )
 
 
