@@ -110,8 +110,7 @@ def outcome_of(number: int, folder: Path, tool: bool) -> Outcome | None:
 
 def refusals(folder: Path) -> Iterator[Row]:
     """Read a scan with each fault, and print the messages."""
-    sealed, named = sealed_crack(FAULT_OF), 0
-    refused = 0
+    sealed, named, refused = sealed_crack(FAULT_OF), 0, 0
     for fault in get_args(Fault):
         path, placement = write_scan(sealed, FAULT_OF, folder, fault)
         try:

@@ -5,6 +5,7 @@ import numpy as np
 from sealtwin.core.arrays import Floats, lengths
 
 STRETCH = 8  # Number of consecutive segments that are searched together; it affects only the speed
+MOST_AT_ONCE = 50_000  # Number of points whose distances are in memory at once
 
 
 def step_lengths(points: Floats) -> Floats:
@@ -28,6 +29,9 @@ def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:
     The polyline is extended straight beyond both ends. For speed, its segments are searched in groups. A group is
     skipped for the points that are certainly nearer to another group.
     """
+    if len(points_mm) > MOST_AT_ONCE:
+        parts = np.array_split(points_mm, len(points_mm) // MOST_AT_ONCE + 1)
+        return np.concatenate([arc_length_at(part, polyline_mm) for part in parts])
     begins_mm, steps = arc_length(polyline_mm), np.diff(polyline_mm, axis=0)
     last = len(steps) - 1
     stretches = [slice(first, min(first + STRETCH, last + 1)) for first in range(0, last + 1, STRETCH)]

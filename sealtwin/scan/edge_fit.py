@@ -44,6 +44,7 @@ class Edges:
     stretch: Integers  # Number of each sample's stretch, (n,)
     ways: Floats  # Direction in which a stretch is compared: across the crack, or along it at an end, (m, 2)
     middles_mm: Floats  # (m, 2)
+    is_end: Booleans  # (m,)
 
     @classmethod
     def of(cls, search: MouthSearch, *, single: bool = False) -> "Edges":
@@ -84,20 +85,14 @@ class Edges:
             np.repeat(np.arange(len(used)), [len(parts[index]) for index in used]),
             np.array([ways[index] for index in used]),
             np.array([middles[index] for index in used]),
+            np.array([index >= count * (1 + single) for index in used]),
         )
-
-    @property
-    def axes(self) -> Floats:
-        """Directions along and across the crack's chord, (2, 2)."""
-        line_mm = self.search.target.centreline_mm
-        x, y = unit((line_mm[-1] - line_mm[0])[None])[0]
-        return np.array([[x, y], [-y, x]])
 
     def fit(self, pose: Pose) -> EdgeFit | None:
         """Return the best position near a pose or shifted from it along the crack, or None without visible edges."""
         fits = list[EdgeFit]()
         for start_mm in (0.0, *START_MM):
-            fit = self.fit_near(pose.moved(np.zeros(2), 0.0, start_mm * self.axes[0]))
+            fit = self.fit_near(pose.moved(np.zeros(2), 0.0, start_mm * self.search.target.axes[0]))
             fits += [] if fit is None else [fit]
             if fit is not None and fit.agreeing >= SURE:
                 break
@@ -112,23 +107,37 @@ class Edges:
         return fit, fit.agreeing * agreement
 
     def fit_near(self, pose: Pose) -> EdgeFit | None:
-        """Return the best position near a pose. None if too few edges are visible."""
-        agreeing, covariance = 0.0, np.eye(3)
+        """Return the best position near a pose. None if too few edges are visible.
+
+        If an end disagrees, the outline may be short of it, and neither end takes part.
+        """
+        used = np.ones(len(self.ways), dtype=bool)
+        agrees, fit = self._fit_with(used, pose)
+        if fit is not None and not agrees[self.is_end].all():
+            _, fit = self._fit_with(~self.is_end, pose)
+        return fit
+
+    def _fit_with(self, used: Booleans, pose: Pose) -> tuple[Booleans, EdgeFit | None]:
+        """Return the fit of some stretches, and which stretches agree, (m,)."""
+        agrees, covariance = np.zeros(len(used), dtype=bool), np.eye(3)
         for _ in range(ROUNDS):
             shift_mm, visible = self._shifts_mm(pose)
+            visible &= used
             if visible.sum() < FEWEST:
-                return None
+                return agrees, None
             (x_mm, y_mm, turn), covariance, left_mm = self._motion(shift_mm, visible, 3)
             pose = pose.moved(self._middle_mm, float(np.degrees(turn)), np.array([x_mm, y_mm]))
-            agreeing = float((visible & (np.abs(left_mm) < max(AGREES_MM, self.search.map.cell_mm))).mean())
+            agrees = visible & (np.abs(left_mm) < max(AGREES_MM, self.search.map.cell_mm))
             if max(abs(x_mm), abs(y_mm)) < SETTLED_MM:
                 break
-        along_sd_mm, across_sd_mm = (float(np.sqrt(axis @ covariance[:2, :2] @ axis)) for axis in self.axes)
-        return EdgeFit(pose, agreeing, along_sd_mm, across_sd_mm)
+        along_sd_mm, across_sd_mm = (
+            float(np.sqrt(axis @ covariance[:2, :2] @ axis)) for axis in self.search.target.axes
+        )
+        return agrees, EdgeFit(pose, float(agrees[used].mean()), along_sd_mm, across_sd_mm)
 
     def apart_mm(self, pose: Pose) -> Floats:
         """Return how far a pose moves the middle of the mouth along and across the chord, (2,), as absolute values."""
-        return np.abs(self.axes @ (pose.back(self._middle_mm[None])[0] - self._middle_mm))
+        return np.abs(self.search.target.axes @ (pose.back(self._middle_mm[None])[0] - self._middle_mm))
 
     def size(self, pose: Pose) -> tuple[float, float]:
         """Return the size of the scan's crack divided by the mouth's, and its standard uncertainty."""

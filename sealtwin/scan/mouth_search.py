@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import minimize
 
 from sealtwin.core.arc_length import arc_length, arc_length_at
-from sealtwin.core.arrays import Booleans, Floats
+from sealtwin.core.arrays import Booleans, Floats, unit
 from sealtwin.core.records import EndKind, Outline
 from sealtwin.scan.height_map import MAD, HeightMap
 
@@ -21,7 +21,10 @@ LEAST_MM = 0.15  # Smallest height of a hollow or heap
 NEAR_FACE_MM = 5.0  # Only heights within this distance of the face show its noise
 SMOOTH, SEEN = 0.7, 0.3  # Standard deviation of the smoothing in cells, and the share of cells that must be seen there
 MOST_TURN_DEG = 30.0  # Largest angle between the axes of a scan and the photo along the face
-RIVAL_WIDTHS = 2.0  # Positions are different if they are farther apart than this, in widths of the crack
+AROUND_BOX = 0.25  # Margin around 98 % of the points, as a share of their extent, beyond which points are strays
+RIVAL_WIDTHS, PEAKS = (2.0, 1.2), 3
+"""Distances along and across the crack, in its widths, beyond which positions are different, and positions for each
+turn."""
 REFINED = 3  # Number of coarse positions that are refined before they are compared
 
 
@@ -65,6 +68,12 @@ class Target:
         rings = tuple(map(np.asarray, rings_mm)) or (outline.outline_mm,)
         return cls(rings, outline.centreline_mm, outline.mean_width_mm, outline.ends, outline.face_mm)
 
+    @property
+    def axes(self) -> Floats:
+        """Directions along and across the crack's chord, (2, 2)."""
+        x, y = unit((self.centreline_mm[-1] - self.centreline_mm[0])[None])[0]
+        return np.array([[x, y], [-y, x]])
+
     def beyond(self, points_mm: Floats) -> Booleans:
         """Return which points, (n, 2), lie beyond an end that is not closed, where the crack may go on."""
         s_mm = arc_length_at(points_mm, self.centreline_mm)
@@ -95,7 +104,12 @@ class MouthSearch:
     @classmethod
     def of(cls, points_mm: Floats, target: Target, cell_mm: float) -> "MouthSearch":
         """Return the search in cells of a size, or in larger ones if the scan has less than one point in a cell."""
-        low_mm, high_mm = (np.quantile(points_mm[:, :2], share, axis=0) for share in (0.001, 0.999))
+        # Strays may be far from the sample.
+        low_mm, high_mm = (np.quantile(points_mm[:, :2], share, axis=0) for share in (0.01, 0.99))
+        low_mm, high_mm = low_mm - AROUND_BOX * (high_mm - low_mm), high_mm + AROUND_BOX * (high_mm - low_mm)
+        inside = ((points_mm[:, :2] >= low_mm) & (points_mm[:, :2] <= high_mm)).all(axis=1)
+        points_mm = points_mm[inside]
+        low_mm, high_mm = points_mm[:, :2].min(axis=0), points_mm[:, :2].max(axis=0)
         per_cell = len(points_mm) * cell_mm**2 / max(float(np.prod(high_mm - low_mm)), cell_mm**2)
         cell_mm *= max(1.0, float(np.sqrt(1.0 / per_cell)))
         heights = HeightMap.of(points_mm, low_mm, high_mm, cell_mm)
@@ -150,8 +164,8 @@ class MouthSearch:
                 continue
             scores = cv2.matchTemplate(padded, template, cv2.TM_CCOEFF_NORMED, mask=mask)
             scores[~np.isfinite(scores)] = -1.0
-            around = round(RIVAL_WIDTHS * self.target.width_mm / cell_mm)
-            for _ in range(2):
+            around = round(min(RIVAL_WIDTHS) * self.target.width_mm / cell_mm)
+            for _ in range(PEAKS):
                 row, column = np.unravel_index(int(scores.argmax()), scores.shape)
                 corner_mm = self.map.corner_mm + cell_mm * (np.array([column - pad[1], row - pad[0]]) + 0.5)
                 shift = (low - corner_mm) @ back.T
@@ -183,11 +197,11 @@ class MouthSearch:
 
     def rivals(self, best: Candidate) -> list[Candidate]:
         """Return at most one position, the best one away from another one and turned by as much as allowed."""
-        middle_mm, away_mm = self.samples_mm.mean(axis=0)[None], RIVAL_WIDTHS * self.target.width_mm
+        middle_mm, away_mm = self.samples_mm.mean(axis=0)[None], self.target.width_mm * np.array(RIVAL_WIDTHS)
 
         def is_away(rival: Candidate) -> bool:
-            shift_mm = rival.pose.back(middle_mm) - best.pose.back(middle_mm)
-            return abs(rival.pose.turn_deg) <= MOST_TURN_DEG and bool(np.hypot(*shift_mm[0]) > away_mm)
+            apart_mm = self.target.axes @ (best.pose.apply(rival.pose.back(middle_mm)) - middle_mm)[0]
+            return abs(rival.pose.turn_deg) <= MOST_TURN_DEG and bool((np.abs(apart_mm) > away_mm).any())
 
         away = sorted(filter(is_away, self._candidates), key=lambda entry: -entry.agreement)
         return [*filter(is_away, map(self.near, away[:1]))]

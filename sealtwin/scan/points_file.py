@@ -24,7 +24,7 @@ HEADER_LINES = 30  # Largest number of lines before the first point of a text
 NUMBER = rb"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[-+]?(?:nan|inf)"
 POINT_LINE = re.compile(rb"\s*(?:(?:%b)(?:\s*[,;]\s*|\s+|\s*$)){3,}" % NUMBER, re.IGNORECASE)
 DECIMAL_COMMA = re.compile(rb"\s*[-+]?[0-9]+,[0-9]+(?:\s*;\s*|[ \t]+)[-+]?[0-9]+,[0-9]+(?:\s*;|[ \t]|\s*$)")
-TEXTS, MESHES, MAPS = (".xyz", ".csv", ".txt", ".pts"), (".ply", ".stl"), (".png", ".tif", ".tiff")
+TEXTS, MESHES, MAPS = (".xyz", ".csv", ".txt", ".pts", ".asc"), (".ply", ".stl"), (".png", ".tif", ".tiff")
 DEEP_MODES = ("I;16", "I;16L", "I;16B", "I;16N")  # Pillow's names for one channel with 16 bits
 
 
@@ -118,7 +118,8 @@ def _on_triangles(path: Path, mm: float) -> Floats:
 
 
 def _of_ply(content: bytes) -> Floats:
-    header, _, body = content.partition(b"end_header")
+    header, end, body = content.partition(b"\nend_header")
+    header = re.sub(rb"^comment.*\n", b"", header, flags=re.MULTILINE)
     count = re.search(rb"^element vertex (\d+)", header, re.MULTILINE)
     if count is None:
         raise UnreadableError("its header has no 'element vertex'")
@@ -129,7 +130,7 @@ def _of_ply(content: bytes) -> Floats:
     load_trimesh()
     import trimesh
 
-    cloud = trimesh.load(io.BytesIO(header + b"end_header" + body), file_type="ply", process=False)
+    cloud = trimesh.load(io.BytesIO(header + end + body), file_type="ply", process=False)
     points = np.array(getattr(cloud, "vertices", ()), dtype=float).reshape(-1, 3)
     if len(points) != int(count[1]):
         raise UnreadableError(f"it lists {int(count[1]):,} points, but {len(points):,} can be read")
@@ -138,6 +139,7 @@ def _of_ply(content: bytes) -> Floats:
 
 def _of_text(content: bytes) -> Floats:
     """Read lines of numbers. Columns are x, y and z, in this order unless a header names them."""
+    content = content.removeprefix(b"\xef\xbb\xbf")  # UTF-8 byte-order mark
     if b"\0" in content[:4096]:
         raise UnreadableError("it is not a text")
     first = content.splitlines(keepends=True)[:HEADER_LINES] if len(content) < 1_000_000 else content[:1_000_000]

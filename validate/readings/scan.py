@@ -42,6 +42,7 @@ BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
 EDGE = 0.4  # Standard uncertainty of the edge of a volume, in cells
 RAISED_SD, RAISED_MM = 4.0, 0.1
 """Sealant on the face is higher than this many standard deviations of the face's height, and this many mm."""
+RIM_CELLS = 3.0  # Sealant up to this distance from the mouth touches it, in cells
 THIN_MM = 1.5  # Width of the edge of a spill that is too thin to be told from the face
 COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is smoothed, and the side of its window
 BESIDE_WALLS, FIT_SD_MM = 0.45, 0.007
@@ -291,8 +292,7 @@ class _Surface:
     ) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the volumes above and below the face in mm³, each with the half-width of its 95 % interval.
 
-        Beside the mouth, sealant is higher than the face's noise, larger than a stray patch, and touches sealant above
-        the face.
+        Beside the mouth, sealant is higher than the face's noise, larger than a stray patch, and touches the mouth.
         """
         heights = self.placed.heights
         height_mm = self._beside_mm()
@@ -301,7 +301,8 @@ class _Surface:
         raised = self.beside & (height_mm > max(RAISED_SD * spread_mm, RAISED_MM))
         over_mouth = self.mouth & (height_mm > 0)
         parts = np.asarray(label(over_mouth | raised))
-        touching = np.unique(parts[over_mouth])
+        at_rim = raised & (heights.away_mm(self.mouth) < RIM_CELLS * heights.cell_mm)
+        touching = np.unique(parts[over_mouth | at_rim])
         over = np.isin(parts, touching[touching > 0])
         # The thin edge of a spill is below the limit.
         if (spill := over & ~self.mouth).any():
@@ -344,7 +345,7 @@ class _Surface:
         """Return the highest point below a flat tip in the middle of the crack at each station, (n,)."""
         heights = self.placed.heights
         places_mm = np.column_stack([np.interp(s_mm, outline.s_mm, column) for column in outline.centreline_mm.T])
-        reach = np.arange(-tip_mm / 2, tip_mm / 2 + 1e-9, heights.cell_mm)
+        reach = np.append(np.arange(-tip_mm / 2, tip_mm / 2 + 1e-9, heights.cell_mm), 0.0)
         offsets = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
         offsets = offsets[np.hypot(*offsets.T) <= tip_mm / 2]
         smooth = HeightMap(heights.corner_mm, heights.cell_mm, uniform_filter(heights.filled(), 3))
