@@ -21,7 +21,7 @@ Quantity = Literal["level", "depth"]
 Unit = Literal["mm", "cm", "m", "µm", "inch"]
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm. The second one has a Greek letter.
 AS_WRITTEN = re.compile(
-    r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|repeats|range|worksheets|names"
+    r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|face|position|spill|repeats|range|worksheets|names"
 )
 """Pattern of an answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the
 whole sheet."""

@@ -15,6 +15,7 @@ from sealtwin.scan.registration import place
 
 STATION_MM = 2.0  # Distance between the rows of the table of depths
 MIDDLE = 0.5  # Share of the width, in the middle, that may show the floor
+LEAST_DEPTH_MM = 0.5  # Smallest depth of a floor, below the roughness of the face
 FLOOR = 0.1  # Quantile of the heights in the middle that is the floor: walls are above it
 LEAST_SEEN = 0.4  # Smallest share of the middle that must be seen for a depth
 WALL_PART = 0.25, 0.75  # Parts of the depth between which a wall is measured
@@ -46,7 +47,7 @@ def scanned_shape(outline: Outline, shape: CrackShape, folder: Path) -> tuple[Cr
         if len(heights_mm) and np.isfinite(heights_mm).mean() >= LEAST_SEEN:
             depth_mm[number] = -np.nanquantile(heights_mm, FLOOR)
     places_mm = rows + step_mm / 2
-    seen = depth_mm > 0
+    seen = depth_mm > LEAST_DEPTH_MM
     if not seen.any():
         raise InputError(f"{path}: the floor of the crack is not seen. Measure its depth, and leave crack.scan out.")
     if placed.agreeing is None:

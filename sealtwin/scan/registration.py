@@ -30,6 +30,7 @@ APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance of named points from their places, and of the crack from its place by them
 FEWEST_NEAR = 100  # Smallest number of points of the face at the height of the named points
 MOST_ALONG_MM = 2.5  # Largest standard uncertainty of the position along the crack by the mouth
+UNSEEN_SD_MM = 0.3  # Standard uncertainty of the position by named points if the crack is not recognised
 MOST_TILTED_DEG = 5.0  # Largest angle between the face and the plane of named points, or the largest plane
 ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
 SURER = 0.08  # Difference of the agreements above which one position is clearly better
@@ -41,6 +42,7 @@ CELLS_MM, ACROSS, FINER = (0.4, 1.0), 3.0, 4.0
 """Smallest and largest cell of the search, its cells across the mouth, and how much finer the last step is."""
 SAMPLED, PLANES, OF_FACE = 40_000, 400, 0.4  # Points and planes of the first fit, and the smallest share on the face
 FEW, SEARCHED = 4000, 1_000_000  # Largest numbers of points that test a plane, and of the search
+DARKEST = 0.05  # Smallest share of the face's points for each mm² of the bed that makes cells larger
 COARSE_MM, FINEST_MM, CELLS_ACROSS = 4.0, 0.15, 6.0  # Cells in which points are counted; smallest cell, fewest across
 BLOCKS_MM = (3.0, 6.0, 12.0)  # Sides of the blocks whose means show how far errors of neighbours agree
 
@@ -55,6 +57,8 @@ class Placed:
     points: int  # Number of points of the scan
     residual_mm: float  # RMS height of the face's cells
     coverage: float  # Share of the face around the crack that was scanned
+    in_plane: float  # Share of the scanned face that lies in its plane
+    off_points_mm: float | None  # Height of this plane above the named points. None without
     tilt_deg: float  # Angle by which the scan was tilted
     agreement: float | None  # Correlation of the hollow or heap with the mouth. None if none is recognised
     agreeing: float | None  # Share of the crack along which the edges agree. None if none is recognised
@@ -78,15 +82,24 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         named_mm = upright.apply(placement.unit_mm * np.array([point.scan for point in placement.points]))
         rigid, off_mm = _by_points(named_mm, placement.points, max(POINT_OFF_MM, limit_mm or 0.0), path)
         points_mm = points_mm @ rigid[:, :3].T + rigid[:, 3]
+        placed_mm = named_mm @ rigid[:, :3].T + rigid[:, 3]
     else:
-        off_mm = None
+        off_mm, placed_mm = None, np.zeros((0, 3))
     _require_unit(points_mm, placement, target, path)
     near_mm = points_mm[np.abs(points_mm[:, 2]) < NEAR_FACE_MM] if placement.points else points_mm
+    # The named points are moved like the others.
+    points_mm = np.vstack([points_mm, placed_mm])
     if len(near_mm) < FEWEST_NEAR:
         raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
-    levelled_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
+    moved_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
+    levelled_mm, placed_mm = np.split(moved_mm, [len(moved_mm) - len(placed_mm)])
     few_mm = _sample(levelled_mm, SEARCHED)
     search, finer = (MouthSearch.of(few_mm, target, _cell_mm(target) / times) for times in (1.0, FINER))
+    if search.map.cell_mm > target.width_mm / 2:
+        raise InputError(
+            f"{path}: points {search.map.cell_mm:.2g} mm apart are too far for a crack of {target.width_mm:.2g} mm. "
+            f"Scan it with a point every {target.width_mm / CELLS_ACROSS:.2g} mm."
+        )
     edges = Edges.of(finer)
     if off_mm is not None:
         pose, turned = Pose(0.0, 0.0, 0.0), None
@@ -95,6 +108,8 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         apart_mm = np.zeros(2)
         if fit is not None:
             apart_mm = np.maximum(edges.apart_mm(fit.pose) - [2 * fit.along_sd_mm, 2 * fit.across_sd_mm], 0.0)
+        else:
+            apart_mm += UNSEEN_SD_MM
         along_sd_mm, across_sd_mm = np.hypot(off_mm / np.sqrt(len(placement.points)), apart_mm).tolist()
     else:
         fit, turned = _by_mouth(search, edges, path)
@@ -109,7 +124,9 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
             f"{FEWEST_OF_FACE:.0%} are needed for the height of the face. Scan the face on both sides of the "
             f"crack, with a point every {heights.cell_mm:.2g} mm."
         )
-    heights, covariance, residual_mm, slope_deg, centre_mm = _levelled_on_face(heights, face)
+    heights, covariance, residual_mm, in_plane, plane, centre_mm = _levelled_on_face(heights, face)
+    slope_deg = float(np.degrees(np.arctan(np.hypot(*plane[1:]))))
+    above_mm = plane[0] + (placed_mm[:, :2] - centre_mm) @ plane[1:] - placed_mm[:, 2]
     tilted_deg = slope_deg if off_mm is None else float(np.hypot(tilt_deg, slope_deg))
     if tilted_deg > MOST_TILTED_DEG:
         by = "largest plane of the scan" if off_mm is None else "named points"
@@ -121,9 +138,11 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         heights,
         face,
         "points" if placement.points else "mouth",
-        len(points_mm),
+        len(levelled_mm),
         residual_mm,
         coverage,
+        in_plane,
+        float(above_mm.mean()) if len(above_mm) else None,
         float(np.hypot(tilt_deg, slope_deg)),
         None if fit is None else finer.agreement(pose),
         None if fit is None else fit.agreeing,
@@ -274,8 +293,8 @@ def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) ->
     if agreement < NOT_THERE and beside > MUCH_BESIDE:
         raise InputError(
             f"{path}: at the named points, {beside:.0%} of the face beside the mouth is a hollow or a heap, but the "
-            "mouth is not. The scan may be of another sample, or the coordinates of the points are wrong: sample_mm is "
-            "x to the right and y up."
+            "mouth is not. The scan may be of another sample, sealant or tape may cover the face, or the coordinates "
+            "of the points are wrong: sample_mm is x to the right and y up."
         )
     return None
 
@@ -342,7 +361,7 @@ def _require_size(search: MouthSearch, pose: Pose, path: Path) -> None:
     if abs(size - 1) > max(SCALE_OFF, SURE_SD * size_sd):
         raise InputError(
             f"{path}: the crack is {size:.2f} times as large as the mouth. Correct the scale of the scan, such as "
-            "readings.placement.units or step_mm, or the scale of the photo."
+            "readings.placement.units or step_mm, or that of the photo. If an edge is broken or covered, name points."
         )
 
 
@@ -353,6 +372,12 @@ def _mapped(points_mm: Floats, target: Target) -> HeightMap:
     near = ((points_mm[:, :2] >= low_mm) & (points_mm[:, :2] <= high_mm)).all(axis=1)
     coarse = HeightMap.of(points_mm[near], low_mm, high_mm, COARSE_MM)
     per_mm2 = near.sum() / max(coarse.known.sum() * COARSE_MM**2, 1.0)
+    # A dark bed may have fewer points than the face.
+    fine = HeightMap(low_mm, FINEST_MM, np.zeros(np.ceil((high_mm - low_mm)[::-1] / FINEST_MM).astype(int)))
+    mouth = replace(fine, height_mm=fine.inside(target.rings_mm).astype(float))
+    in_mouth = np.nansum(mouth.at_mm(*points_mm[near, :2].T))
+    in_mouth_mm2 = in_mouth / max(mouth.height_mm.sum() * FINEST_MM**2, 1.0)
+    per_mm2 = max(min(per_mm2, in_mouth_mm2), DARKEST * per_mm2)
     widest_mm = max(target.width_mm / CELLS_ACROSS, FINEST_MM)
     cell_mm = float(np.clip(np.sqrt(2.0 / max(per_mm2, 1e-3)), FINEST_MM, widest_mm))
     return HeightMap.of(points_mm[near], low_mm, high_mm, cell_mm)
@@ -369,8 +394,11 @@ def _face_around(heights: HeightMap, target: Target) -> Booleans:
     return face
 
 
-def _levelled_on_face(heights: HeightMap, face: Booleans) -> tuple[HeightMap, Floats, float, float, Floats]:
+def _levelled_on_face(heights: HeightMap, face: Booleans) -> tuple[HeightMap, Floats, float, float, Floats, Floats]:
     """Return the heights above the plane of the face's cells, and the covariance of the plane.
+
+    Further parts are the RMS height and the share of the cells in the plane, and the plane's height and slopes about a
+    point.
 
     Cells with sealant or dirt are left out. Neighbouring cells share errors, so the covariance follows from the means
     of blocks, of the size at which it is largest.
@@ -391,8 +419,8 @@ def _levelled_on_face(heights: HeightMap, face: Booleans) -> tuple[HeightMap, Fl
     covariances = [_plane_covariance(off_mm, design, kept, heights.cell_mm, side_mm) for side_mm in BLOCKS_MM]
     covariance = max(covariances, key=np.trace)
     residual_mm = float(np.sqrt(np.mean(off_mm[kept] ** 2)))
-    slope_deg = float(np.degrees(np.arctan(np.hypot(*plane[1:]))))
-    return replace(heights, height_mm=off_mm), covariance, residual_mm, slope_deg, centre_mm
+    in_plane = float(kept.sum() / used.sum())
+    return replace(heights, height_mm=off_mm), covariance, residual_mm, in_plane, plane.astype(np.float64), centre_mm
 
 
 def _plane_covariance(off_mm: Floats, design: Floats, kept: Booleans, cell_mm: float, side_mm: float) -> Floats:

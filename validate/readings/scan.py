@@ -10,7 +10,7 @@ from skimage.measure import label
 
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.arrays import unit
-from sealtwin.core.doubts import Location
+from sealtwin.core.doubts import CONFIRMS, Doubt, Location
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Booleans, Floats, Integers, Outline, Profile
@@ -45,6 +45,9 @@ RAISED_SD, RAISED_MM = 4.0, 0.1
 RIM_CELLS = 3.0  # Sealant up to this distance from the mouth touches it, in cells
 THIN_MM = 1.5  # Width of the edge of a spill that is too thin to be told from the face
 COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is smoothed, and the side of its window
+MOSTLY, SURELY, OFF_POINTS_MM = 0.7, 0.75, 0.15
+"""Below these shares, of the face in one plane and of the edges that agree, and beyond this distance of the plane from
+the named points, a scan is doubtful."""
 BESIDE_WALLS, FIT_SD_MM = 0.45, 0.007
 """Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it, and of all fits.
 A parabola misses at most this share of a meniscus like cosh(x / c) with c from 1.5 mm in cracks up to 12 mm wide."""
@@ -87,7 +90,7 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
     limit_sd_mm = float((settings.limit_mm or 0.0) / np.sqrt(3))
     tip_mm = settings.probe_mm or TIP_MM
     tip_level_mm = surface.tip_levels_mm(outline, s_mm, level_mm, tip_mm)
-    over, under = surface.volumes(levels.surface_mm, noise_mm2, limit_sd_mm)
+    over, under, is_cut = surface.volumes(levels.surface_mm, noise_mm2, limit_sd_mm)
     mean_sd_mm = float(np.hypot(np.sqrt(weights @ covariance @ weights), limit_sd_mm))
     of_level_mm3 = COVERAGE * mean_sd_mm * outline.mean_width_mm * outline.length_mm
     below_mm3 = filling.held_mm3(s_mm, np.minimum(level_mm, 0.0))
@@ -116,11 +119,8 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
         sealant_95_mm3=float(np.hypot(of_level_mm3, over[1])),
     )
     scan = Scan(figures, *_along(surface, outline), covariance)
-    questions = tuple(
-        doubt
-        for doubt in check_scan(s_mm, level_mm, filling, Location(path))
-        if doubt.kind not in (settings.as_written or ())
-    )
+    doubts = (*_doubts(placed, is_cut, settings, path), *check_scan(s_mm, level_mm, filling, Location(path)))
+    questions = tuple(doubt for doubt in doubts if doubt.kind not in (settings.as_written or ()))
     return Profile(
         s_mm,
         level_mm,
@@ -289,8 +289,10 @@ class _Surface:
 
     def volumes(
         self, surface_mm: Floats, noise_mm2: Floats, limit_sd_mm: float
-    ) -> tuple[tuple[float, float], tuple[float, float]]:
+    ) -> tuple[tuple[float, float], tuple[float, float], bool]:
         """Return the volumes above and below the face in mm³, each with the half-width of its 95 % interval.
+
+        The last part is True if sealant reaches ``BESIDE_MM`` beside the mouth.
 
         Beside the mouth, sealant is higher than the face's noise, larger than a stray patch, and touches the mouth.
         """
@@ -311,6 +313,7 @@ class _Surface:
         return (
             self._volume(height_mm, over, noise_mm2, limit_sd_mm),
             self._volume(-height_mm, under, noise_mm2, limit_sd_mm),
+            bool((over & (heights.away_mm(self.mouth) > BESIDE_MM - 1)).any()),
         )
 
     def _beside_mm(self) -> Floats:
@@ -363,6 +366,45 @@ def _covariance(placed: Placed, outline: Outline, s_mm: Floats, level_mm: Floats
     values, vectors = np.linalg.eigh(noise)
     noise = (vectors * np.maximum(values, 0.0)) @ vectors.T
     return design @ placed.plane_covariance @ design.T + np.outer(slope, slope) * placed.along_sd_mm**2 + noise
+
+
+def _doubts(placed: Placed, is_cut: bool, settings: Readings, path: Path) -> list[Doubt]:
+    """Return the warnings about the face and the position of a scan."""
+    off_mm, least_mm = placed.off_points_mm or 0.0, max(OFF_POINTS_MM, settings.limit_mm or 0.0)
+    bare = "Remove tape and loose material, and scan or name points on the bare face."
+    findings = (
+        (
+            placed.in_plane < MOSTLY,
+            "face",
+            f"only {placed.in_plane:.0%} of the face beside the crack are in one plane, from which levels are "
+            "measured: it may be stepped, or covered by sealant or tape.",
+            bare,
+        ),
+        (
+            abs(off_mm) > max(least_mm, 3 * (placed.points_off_mm or 0.0)),
+            "face",
+            f"the face beside the crack is {abs(off_mm):.2f} mm {'above' if off_mm > 0 else 'below'} the named points: "
+            "it may be covered by sealant or tape, or curved.",
+            bare,
+        ),
+        (
+            (placed.agreeing or 1.0) < SURELY,
+            "position",
+            f"the edges agree with the mouth's along only {placed.agreeing or 0.0:.0%} of it: is it this sample?",
+            "Look at the scanned heights on the report's first page.",
+        ),
+        (
+            is_cut,
+            "spill",
+            f"sealant, or dirt that touches it, reaches {BESIDE_MM:g} mm beside the crack; volumes end there.",
+            "Crop other things from the scan.",
+        ),
+    )
+    return [
+        Doubt(kind, Location(path), finding, remedy, {CONFIRMS: [kind]})
+        for applies, kind, finding, remedy in findings
+        if applies
+    ]
 
 
 def _weights(s_mm: Floats) -> Floats:

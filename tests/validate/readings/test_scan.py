@@ -127,3 +127,42 @@ def test_a_bed_level_with_the_face_is_read_at_named_points_with_a_word(read):
     profile = read(bed(np.zeros_like))
     assert profile.scan.figures.agreement is None
     assert "no crack is recognised" in profile.dialect
+
+
+def band(points_mm: Floats, width_mm: float) -> Floats:
+    """Add 1 mm to the face up to a distance from the crack."""
+    away_mm = np.abs(points_mm[:, 1] - np.interp(points_mm[:, 0], *OUTLINE.centreline_mm.T))
+    points_mm[:, 2] += (away_mm > OUTLINE.mean_width_mm / 2 + 0.3) & (away_mm < width_mm)
+    return points_mm
+
+
+PEBBLES_MM = np.random.default_rng(0).uniform((8, -14, 0.5), (28, -0.5, 0.51), (9000, 3))
+
+
+@pytest.mark.parametrize(
+    ("points_mm", "words"),
+    [
+        (bed() + np.outer(bed()[:, 1] > 1.5, [0, 0, 0.8]), "in one plane"),
+        (bed() + np.array([0, 0, 0.4]), "0.40 mm above the named points"),
+        (np.vstack([heap(), PEBBLES_MM]), "reaches 12"),
+    ],
+    ids=["stepped face", "covered face", "pebbles"],
+)
+def test_a_face_that_gives_no_certain_height_is_a_doubt(read, points_mm, words):
+    assert re.search(words, " ".join(read(points_mm).doubts))
+
+
+def test_an_overband_that_covers_most_of_the_face_is_refused(read):
+    with pytest.raises(InputError, match="may cover the face"):
+        read(band(heap(0.1), 8.5))
+
+
+def test_sealant_beside_a_sunk_bed_counts(read):
+    figures = read(band(bed(lambda s_mm: np.full_like(s_mm, -0.5), 0.3), 5.0)).scan.figures
+    assert figures.over_face_mm3 > 200  # 2 bands of 40 by 3.2 mm
+
+
+def test_points_far_from_the_sample_do_not_take_part(read):
+    points_mm = bed(spacing_mm=0.3)
+    far_mm = np.random.default_rng(0).uniform(-3000, 3000, (len(points_mm) // 300, 3))
+    assert read(np.vstack([points_mm, far_mm]), ()).level_mm.mean() == pytest.approx(-1.6, abs=0.05)
