@@ -9,9 +9,10 @@ from sealtwin.core.arrays import Booleans, Floats, Integers, unit
 from sealtwin.scan.height_map import MAD
 from sealtwin.scan.mouth_search import MouthSearch, Pose
 
-LEAST_AGREEMENT, LEAST_AGREEING = 0.65, 0.6
+LEAST_AGREEMENT, LEAST_AGREEING = 0.5, 0.5
 """Smallest correlation of the scan's hollow or heap with the mouth, and smallest share of the crack along which their
-edges agree. Of 105 other cracks across like faces, four reach both, and none of 107 at a wrong position."""
+edges agree. Other cracks across like faces may reach both."""
+SURE_AGREEMENT, SURE_AGREEING = 0.65, 0.75  # Of 105 other cracks, two reach both
 REACH_MM = 3.0  # Largest distance between the edges of scan and mouth that is searched
 AGREES_MM = 0.25  # Edges agree within this distance, or within a cell if that is larger
 VISIBLE = 0.5  # Smallest correlation of a stretch whose edges are visible
@@ -21,7 +22,6 @@ ROUNDS, REWEIGHTED, SETTLED_MM = 6, 10, 0.01
 LEAST_SD_MM = 0.15  # Smallest standard deviation of a stretch's shift: neighbours share errors
 RIDGE = (LEAST_SD_MM / REACH_MM) ** 2
 START_MM = 4.0, -4.0, 8.0, -8.0  # Shifts along the crack from which the fit begins again
-SURE = 0.75  # Share of agreeing stretches at which no other start is tried
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Edges:
         for start_mm in (0.0, *START_MM):
             fit = self.fit_near(pose.moved(np.zeros(2), 0.0, start_mm * self.search.target.axes[0]))
             fits += [] if fit is None else [fit]
-            if fit is not None and fit.agreeing >= SURE:
+            if fit is not None and fit.agreeing >= SURE_AGREEING:
                 break
         return max(fits, key=lambda fit: fit.agreeing * self.search.agreement(fit.pose), default=None)
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from sealtwin.core.arrays import Booleans, Floats
 from sealtwin.core.errors import InputError
-from sealtwin.scan.edge_fit import AGREES_MM, LEAST_AGREEING, LEAST_AGREEMENT, EdgeFit, Edges
+from sealtwin.scan.edge_fit import AGREES_MM, LEAST_AGREEING, LEAST_AGREEMENT, SURE_AGREEMENT, EdgeFit, Edges
 from sealtwin.scan.height_map import MAD, HeightMap
 from sealtwin.scan.mouth_search import MOST_TURN_DEG, NEAR_FACE_MM, MouthSearch, Pose, Target
 from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
@@ -25,6 +25,7 @@ BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges 
 FEWEST_OF_FACE = 0.4  # Smallest share of the face around the crack that a scan must show
 SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the extent of the crack
 SCALE_OFF = 0.05  # Largest relative difference between the sizes of scan and sample
+MOST_OFF = 0.25  # Largest logarithm of a size that covered or worn edges explain
 SURE_SD = 4.0  # And by so many standard deviations
 APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance of named points from their places, and of the crack from its place by them
@@ -62,6 +63,7 @@ class Placed:
     tilt_deg: float  # Angle by which the scan was tilted
     agreement: float | None  # Correlation of the hollow or heap with the mouth. None if none is recognised
     agreeing: float | None  # Share of the crack along which the edges agree. None if none is recognised
+    size: float  # Size of the scan's crack divided by the mouth's, 1 unless it surely differs
     turned: float | None  # Largest such correlation of a scan turned further than allowed. None with points
     points_off_mm: float | None  # RMS distance of the named points from their places. None without
     along_sd_mm: float  # Standard uncertainty of the position along the crack
@@ -102,7 +104,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         )
     edges = Edges.of(finer)
     if off_mm is not None:
-        pose, turned = Pose(0.0, 0.0, 0.0), None
+        pose, turned, size = Pose(0.0, 0.0, 0.0), None, 1.0
         fit = _at_points(search, edges, max(POINT_OFF_MM, limit_mm or 0.0), path)
         # The distance of the crack from its place shows errors that all points share.
         apart_mm = np.zeros(2)
@@ -112,7 +114,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
             apart_mm += UNSEEN_SD_MM
         along_sd_mm, across_sd_mm = np.hypot(off_mm / np.sqrt(len(placement.points)), apart_mm).tolist()
     else:
-        fit, turned = _by_mouth(search, edges, path)
+        fit, turned, size = _by_mouth(search, edges, path)
         pose, along_sd_mm, across_sd_mm = fit.pose, fit.along_sd_mm, fit.across_sd_mm
     moved_mm = pose.apply(levelled_mm)
     heights = _mapped(moved_mm, target)
@@ -146,6 +148,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         float(np.hypot(tilt_deg, slope_deg)),
         None if fit is None else finer.agreement(pose),
         None if fit is None else fit.agreeing,
+        size,
         turned,
         off_mm,
         along_sd_mm,
@@ -279,7 +282,7 @@ def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) ->
     agreement = search.agreement(Pose(0.0, 0.0, 0.0))
     best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
     mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
-    if mirrored > max(agreement, best.agreement) + SURER and mirrored > LEAST_AGREEMENT:
+    if mirrored > max(agreement, best.agreement) + SURER and mirrored > SURE_AGREEMENT:
         raise InputError(_mirrored(path, max(agreement, best.agreement), mirrored))
     elsewhere, _ = edges.certain_fit(best.pose)
     if elsewhere is not None and best.agreement > agreement + SURER:
@@ -306,11 +309,11 @@ def _mirrored(path: Path, straight: float, mirrored: float) -> str:
     )
 
 
-def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, float]:
+def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, float, float]:
     """Return the position at which the edges of the hollow or heap agree best with the mouth, in finer cells.
 
-    Also returns the best agreement of a position that is turned by more than ``MOST_TURN_DEG``. The user excludes such
-    positions and the mirror image, so they matter only if they agree better.
+    Also returns the best agreement of a position that is turned by more than ``MOST_TURN_DEG``, and the size. The user
+    excludes such positions and the mirror image, so they matter only if they agree better.
     """
     best, turned = (search.best(turned=turned) for turned in (False, True))
     mirrored = max((search.mirrored.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
@@ -345,24 +348,30 @@ def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, f
             "level with the face, a part of the crack may be missing, the scan may be of another sample or in another "
             f"unit, or its largest plane may be a table: crop the scan to the face. {REMEDY}"
         )
-    _require_size(edges.search, fit.pose, path)
+    size = _size_at(edges.search, fit.pose, path)
     rival = max((entry.agreement for entry in search.rivals(best)), default=-1.0)
     if rival > best.agreement - ALIKE or fit.along_sd_mm > MOST_ALONG_MM:
         raise InputError(
             f"{path}: the crack agrees with the mouth at several positions, such as two like cracks, or along a "
             f"straight one. {REMEDY}"
         )
-    return fit, turned.agreement
+    return fit, turned.agreement, size
 
 
-def _require_size(search: MouthSearch, pose: Pose, path: Path) -> None:
-    """Raise InputError if the edges are clearly farther apart, or closer, than those of the mouth."""
+def _size_at(search: MouthSearch, pose: Pose, path: Path) -> float:
+    """Return the size of the scan's crack divided by the mouth's, or 1 if it does not surely differ.
+
+    Raises InputError if no sealant over the edges explains it.
+    """
     size, size_sd = Edges.of(search, single=True).size(pose)
-    if abs(size - 1) > max(SCALE_OFF, SURE_SD * size_sd):
+    if abs(size - 1) <= max(SCALE_OFF, SURE_SD * size_sd):
+        return 1.0
+    if abs(np.log(size)) > MOST_OFF:
         raise InputError(
             f"{path}: the crack is {size:.2f} times as large as the mouth. Correct the scale of the scan, such as "
             "readings.placement.units or step_mm, or that of the photo. If an edge is broken or covered, name points."
         )
+    return size
 
 
 def _mapped(points_mm: Floats, target: Target) -> HeightMap:

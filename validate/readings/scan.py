@@ -16,6 +16,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Booleans, Floats, Integers, Outline, Profile
 from sealtwin.core.scan_figures import Scan, ScanFigures
 from sealtwin.core.solid_figures import Span
+from sealtwin.scan.edge_fit import SURE_AGREEING, SURE_AGREEMENT
 from sealtwin.scan.height_map import MAD, HeightMap, grid_along
 from sealtwin.scan.mouth_search import Target
 from sealtwin.scan.points_file import read_points
@@ -45,9 +46,9 @@ RAISED_SD, RAISED_MM = 4.0, 0.1
 RIM_CELLS = 3.0  # Sealant up to this distance from the mouth touches it, in cells
 THIN_MM = 1.5  # Width of the edge of a spill that is too thin to be told from the face
 COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is smoothed, and the side of its window
-MOSTLY, SURELY, OFF_POINTS_MM = 0.7, 0.75, 0.15
-"""Below these shares, of the face in one plane and of the edges that agree, and beyond this distance of the plane from
-the named points, a scan is doubtful."""
+MOSTLY, OFF_POINTS_MM = 0.7, 0.15
+"""Below this share of the face in one plane, and beyond this distance of it from the named points, a scan is
+doubtful."""
 BESIDE_WALLS, FIT_SD_MM = 0.45, 0.007
 """Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it, and of all fits.
 A parabola misses at most this share of a meniscus like cosh(x / c) with c from 1.5 mm in cracks up to 12 mm wide."""
@@ -388,10 +389,24 @@ def _doubts(placed: Placed, is_cut: bool, settings: Readings, path: Path) -> lis
             bare,
         ),
         (
-            (placed.agreeing or 1.0) < SURELY,
+            placed.agreeing is None,
             "position",
-            f"the edges agree with the mouth's along only {placed.agreeing or 0.0:.0%} of it: is it this sample?",
+            "no crack is recognised at the named points: the sealant is level with the face, or the points are wrong.",
             "Look at the scanned heights on the report's first page.",
+        ),
+        (
+            (placed.agreeing or 1.0) < SURE_AGREEING or (placed.agreement or 1.0) < SURE_AGREEMENT,
+            "position",
+            f"the edges agree with the mouth's along {placed.agreeing or 0.0:.0%} of the crack, and the sealant to "
+            f"{placed.agreement or 0.0:.2f} of 1: is it this sample?",
+            "Look at the scanned heights on the report's first page.",
+        ),
+        (
+            placed.size != 1.0,
+            "unit",
+            f"the crack is {placed.size:.2f} times as large as the mouth: the scale of the scan or of the photo may be "
+            "wrong, or sealant covers the edges.",
+            "Correct the scale, or name points.",
         ),
         (
             is_cut,

@@ -85,11 +85,9 @@ def cautions(evidence: Evidence) -> Facts:
 def faults(evidence: Evidence) -> Facts:
     """Return cautions about edited files, the run and the weighed cavity."""
     edited, weighed = evidence.edited, evidence.solid.figures.weighed
-    scan = evidence.readings and evidence.readings.scan
     questions = () if evidence.readings is None else evidence.readings.questions
     return (
         *((stated("files.edited", len(edited), level="fault", edited=edited),) if edited else ()),
-        *(() if scan is None or scan.figures.agreement is not None else (doubted("scan.unrecognised"),)),
         *(doubt("readings.doubt", f"{question}", question.kind) for question in questions if not question.cells),
         *run_warnings(evidence.run, evidence.volume_ratio, evidence.seeds),
         *(() if weighed is None else weighed.findings),

@@ -83,8 +83,8 @@ BY_MOUTH = {
     "no crack": (lambda: bed(np.zeros_like), "not found.*level with the face"),
     "mirrored": (lambda: bed() * [1, -1, 1], "mirrored"),
     "turned by 90 degrees": (lambda: bed() @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), "turned by -?[89]. degrees"),
-    "one end missing": (lambda: (lambda points: points[points[:, 0] < 22])(bed()), "along 5.% of the crack"),
-    "another size": (lambda: bed() * 1.2, "1.2. times as large"),
+    "one end missing": (lambda: (lambda points: points[points[:, 0] < 22])(bed()), "several positions"),
+    "another size": (lambda: bed() * 1.4, "1.[34]. times as large"),
     "on its side": (lambda: bed()[:, [0, 2, 1]], "placement.up"),
     "too steep": (lambda: Rotation.from_euler("x", 50, degrees=True).apply(bed()), "placement.up"),
 }

@@ -123,10 +123,10 @@ def test_heights_that_are_turned_over_contradict_the_dispensed_volume(read):
     assert "readings.placement.up" in doubt.remedy
 
 
-def test_a_bed_level_with_the_face_is_read_at_named_points_with_a_word(read):
+def test_a_bed_level_with_the_face_is_read_at_named_points_with_a_doubt(read):
     profile = read(bed(np.zeros_like))
     assert profile.scan.figures.agreement is None
-    assert "no crack is recognised" in profile.dialect
+    assert [doubt.kind for doubt in profile.questions] == ["position"]
 
 
 def band(points_mm: Floats, width_mm: float) -> Floats:
