@@ -47,8 +47,8 @@ RIM_CELLS = 3.0  # Sealant up to this distance from the mouth touches it, in cel
 THIN_MM = 1.5  # Width of the edge of a spill that is too thin to be told from the face
 COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is smoothed, and the side of its window
 MOSTLY, OFF_POINTS_MM = 0.7, 0.15
-"""Below this share of the face in one plane, and beyond this distance of it from the named points, a scan is
-doubtful."""
+"""A scan is doubtful if a smaller share of the face is in one plane, or if this plane is farther from the named
+points."""
 BESIDE_WALLS, FIT_SD_MM = 0.45, 0.007
 """Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it, and of all fits.
 A parabola misses at most this share of a meniscus like cosh(x / c) with c from 1.5 mm in cracks up to 12 mm wide."""
