@@ -52,6 +52,7 @@ FORMATS: dict[str, str | bytes] = {
     "names with units.csv": rows(POINTS, ",", (2, 0, 1), "z [mm], x [mm], y [mm]\n"),
     "names with tabs.txt": rows(POINTS, "\t", (2, 0, 1), "z (mm)\tx (mm)\ty (mm)\n"),
     "names, and an empty line.csv": rows(POINTS, ",", (2, 0, 1), "z,x,y\n\n"),
+    "byte-order mark.csv": "\ufeff" + rows(POINTS, ",", (2, 0, 1), "z,x,y\n"),
     "names, and a comment.csv": rows(POINTS, ",", (2, 0, 1), "z,x,y\n# height first\n"),
 }
 
@@ -113,3 +114,9 @@ def test_a_line_without_end_is_refused_at_once(tmp_path):
     with pytest.raises(InputError, match="three numbers"):
         read(tmp_path, "scan.xyz", "1" * 20_000 + "\n1\n")
     assert time.process_time() - begin < 1.0
+
+
+def test_a_height_map_may_have_two_steps(tmp_path):
+    placement = Placement(step_mm=(0.5, 0.2), count_mm=0.01)
+    points_mm = read(tmp_path, "a.png", picture(np.full((20, 30), 100, np.uint16)), placement)
+    assert points_mm.max(axis=0).tolist() == pytest.approx([29 * 0.5, 19 * 0.2, 1.0])

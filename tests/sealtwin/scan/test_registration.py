@@ -119,6 +119,11 @@ def test_a_crack_that_agrees_at_several_positions_is_refused(scan, ends):
         place(scan, Placement(units="mm"), Target.of(replace(SLOT, ends=ends)), Path("scan.xyz"))
 
 
+def test_ends_that_disagree_do_not_place_a_scan():
+    with pytest.raises(InputError, match="several positions"):
+        place(slot(), Placement(units="mm"), Target.of(straight_slot(35.0, 3.0, CLOSED)), Path("scan.xyz"))
+
+
 def test_named_points_that_are_all_shifted_show_it_as_an_uncertainty():
     shifted = placed(moved(bed()), named(CORNERS, CORNERS_SEEN + MOVE.apply([0.0, 1.0, 0.0])))
     assert shifted.across_sd_mm == pytest.approx(1.0, abs=0.15)

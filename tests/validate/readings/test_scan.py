@@ -24,12 +24,16 @@ POINTS = tuple(NamedPoint(name=f"{x}", scan=(x, y, 0.0), sample_mm=(x, y)) for x
 @pytest.fixture
 def read(tmp_path):
     def read(
-        points_mm: Floats, points: tuple[NamedPoint, ...] = POINTS, volume_mm3: float = 0.0, **shape: Any
+        points_mm: Floats,
+        points: tuple[NamedPoint, ...] = POINTS,
+        volume_mm3: float = 0.0,
+        limit_mm: float | None = None,
+        **shape: Any,
     ) -> Profile:
         path = tmp_path / "scan.xyz"
         np.savetxt(path, points_mm, fmt="%.4f")
         placement = Placement(units="mm", points=points)
-        settings = Readings(scan=path, data="synthetic", role="held-out", placement=placement)
+        settings = Readings(scan=path, data="synthetic", role="held-out", placement=placement, limit_mm=limit_mm)
         solid = build_solid(OUTLINE, CrackShape.model_validate({"depth_mm": 8.0, "tilt": "vertical", **shape}))
         return read_scan(Path(path), settings, Filling(OUTLINE, solid, volume_mm3))
 
@@ -112,6 +116,7 @@ def test_the_volume_of_the_sealant_is_that_in_the_cavity_and_above(read):
     cavity_mm3 = 8.0 * 40 * OUTLINE.mean_width_mm
     assert figures.sealant_mm3 == pytest.approx(cavity_mm3 + figures.over_face_mm3, rel=0.01)
     assert figures.over_face_95_mm3 <= figures.sealant_95_mm3 < 0.2 * figures.sealant_mm3
+    assert read(heap(), limit_mm=0.2).scan.figures.mean_level_95_mm == pytest.approx(2 * 0.2 / 3**0.5, abs=0.02)
 
 
 def test_heights_that_are_turned_over_contradict_the_dispensed_volume(read):
