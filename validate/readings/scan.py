@@ -49,9 +49,10 @@ COARSE_MM, PATCH_MM = 0.4, 4.0  # Cells in which the face beside the mouth is sm
 MOSTLY, OFF_POINTS_MM = 0.7, 0.15
 """A scan is doubtful if a smaller share of the face is in one plane, or if this plane is farther from the named
 points."""
-BESIDE_WALLS, FIT_SD_MM = 0.45, 0.007
-"""Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it, and of all fits.
-A parabola misses at most this share of a meniscus like cosh(x / c) with c from 1.5 mm in cracks up to 12 mm wide."""
+BESIDE_WALLS, OF_WIDTH_MM, LEAST_BESIDE, FIT_SD_MM = 0.45, 12.0, 0.2, 0.007
+"""Standard uncertainty of the part of the level that the fit adds beside the walls, as a share of it in a crack of this
+width, smallest share, and standard uncertainty of all fits. A parabola misses at most the share times
+(width / 12 mm)**1.65 of a meniscus like cosh(x / c) with c from 1.5 mm."""
 TIP_MM = 2.0  # Width of a usual caliper's tip
 COVERAGE = 2.0  # Half-width of a 95 % interval in standard uncertainties
 MARGIN = 2.0  # Half the width of the heights along the crack, divided by the crack's mean width
@@ -86,7 +87,8 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
     noise_mm2 = surface.noise_mm2(outline.mean_width_mm)
     beside_mm = float(np.mean(levels.clear_mm[seen] - level_mm))
     covariance = _covariance(placed, outline, s_mm, level_mm, noise_mm2)
-    covariance += (BESIDE_WALLS * beside_mm) ** 2 + FIT_SD_MM**2
+    share = max(LEAST_BESIDE, BESIDE_WALLS * (outline.mean_width_mm / OF_WIDTH_MM) ** 1.65)
+    covariance += (share * beside_mm) ** 2 + FIT_SD_MM**2
     weights = _weights(s_mm)
     limit_sd_mm = float((settings.limit_mm or 0.0) / np.sqrt(3))
     tip_mm = settings.probe_mm or TIP_MM
