@@ -153,7 +153,7 @@ class MouthSearch:
 
     @cached_property
     def _candidates(self) -> list[Candidate]:
-        """The best shift for each turn, and the best one away from it."""
+        """The best shifts for each turn, away from each other."""
         cell_mm, candidates = self.map.cell_mm, list[Candidate]()
         for turn_deg in np.arange(-180.0, 180.0, STEP_DEG).tolist():
             back = _turn(turn_deg)
@@ -218,13 +218,10 @@ class MouthSearch:
 
     def agreement(self, pose: Pose) -> float:
         """Return the correlation of the scan's hollows and heaps with the mouth, -1 to 1."""
-        return self._correlation(pose.back(self.samples_mm), self.template)
-
-    def _correlation(self, places_mm: Floats, template: Floats) -> float:
-        picture, seen = self.seen(places_mm)
-        if seen.mean() < SEEN or np.ptp(picture[seen]) < 1e-9 or np.ptp(template[seen]) == 0:
+        picture, seen = self.seen(pose.back(self.samples_mm))
+        if seen.mean() < SEEN or np.ptp(picture[seen]) < 1e-9 or np.ptp(self.template[seen]) == 0:
             return 0.0
-        return float(np.corrcoef(picture[seen], template[seen])[0, 1])
+        return float(np.corrcoef(picture[seen], self.template[seen])[0, 1])
 
     def refined(self, pose: Pose) -> Pose:
         """Return the pose near ``pose`` with the largest agreement. It turns about the middle of the mouth."""

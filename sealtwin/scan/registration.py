@@ -283,9 +283,12 @@ def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) ->
     best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
     mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
     if mirrored > max(agreement, best.agreement) + SURER and mirrored > SURE_AGREEMENT:
-        raise InputError(_mirrored(path, max(agreement, best.agreement), mirrored))
+        raise InputError(
+            f"{path}: the scan is mirrored: the crack agrees with the mouth to {max(agreement, best.agreement):.2f}, "
+            f"but mirrored to {mirrored:.2f} of 1. Export it without mirroring, and with right-handed axes."
+        )
     elsewhere, _ = edges.certain_fit(best.pose)
-    if elsewhere is not None and best.agreement > agreement + SURER:
+    if elsewhere is not None and best.agreement > max(agreement + SURER, SURE_AGREEMENT):
         shift_mm = np.hypot(*edges.apart_mm(elsewhere.pose))
         raise InputError(
             f"{path}: at the named points the crack agrees with the mouth only to {agreement:.2f}, but {shift_mm:.1f} "
@@ -300,13 +303,6 @@ def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) ->
             "of the points are wrong: sample_mm is x to the right and y up."
         )
     return None
-
-
-def _mirrored(path: Path, straight: float, mirrored: float) -> str:
-    return (
-        f"{path}: the scan is mirrored: the crack agrees with the mouth to {straight:.2f}, but mirrored to "
-        f"{mirrored:.2f} of 1. Export it without mirroring, and with right-handed axes."
-    )
 
 
 def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, float, float]:

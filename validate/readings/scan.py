@@ -61,8 +61,8 @@ MARGIN = 2.0  # Half the width of the heights along the crack, divided by the cr
 def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progress | None = None) -> Profile:
     """Return the level of the sealant every millimetre along the crack, as the mean across its surface.
 
-    The plane of the uncracked face is 0. A station of which less than half is seen has no level. Walls that show above
-    the sealant do not count. Levels that are unlikely for the crack and its dispensed volume are ``doubts``.
+    The plane of the uncracked face is 0. A station of which less than a third is seen has no level. Walls that show
+    above the sealant do not count. Levels that are unlikely for the crack and its dispensed volume are ``doubts``.
 
     Raises InputError if the scan cannot be read, does not fit to the sample, or shows fewer than two stations.
     """
@@ -374,6 +374,7 @@ def _covariance(placed: Placed, outline: Outline, s_mm: Floats, level_mm: Floats
 def _doubts(placed: Placed, is_cut: bool, settings: Readings, path: Path) -> list[Doubt]:
     """Return the warnings about the face and the position of a scan."""
     off_mm, least_mm = placed.off_points_mm or 0.0, max(OFF_POINTS_MM, settings.limit_mm or 0.0)
+    agreeing, agreement = placed.agreeing or 0.0, placed.agreement or 0.0
     bare = "Remove tape and loose material, and scan or name points on the bare face."
     findings = (
         (
@@ -397,10 +398,10 @@ def _doubts(placed: Placed, is_cut: bool, settings: Readings, path: Path) -> lis
             "Look at the scanned heights on the report's first page.",
         ),
         (
-            (placed.agreeing or 1.0) < SURE_AGREEING or (placed.agreement or 1.0) < SURE_AGREEMENT,
+            placed.agreeing is not None and (agreeing < SURE_AGREEING or agreement < SURE_AGREEMENT),
             "position",
-            f"the edges agree with the mouth's along {placed.agreeing or 0.0:.0%} of the crack, and the sealant to "
-            f"{placed.agreement or 0.0:.2f} of 1: is it this sample?",
+            f"the edges agree with the mouth's along {agreeing:.0%} of the crack, and the sealant to {agreement:.2f} "
+            "of 1: is it this sample?",
             "Look at the scanned heights on the report's first page.",
         ),
         (
