@@ -39,6 +39,9 @@ class ScanFigures:
     """Side of the square cells in which heights are medians of points."""
     holes_mm: tuple[Span, ...]
     """Stretches of the crack without enough points for a level."""
+    left_out: float
+    """Fraction of the sealant's surface in patches of less than 12 mm² that step away from the rest: dirt, bubbles or
+    strays."""
     mean_level_mm: float
     """Mean of the level over the stations."""
     mean_level_95_mm: float

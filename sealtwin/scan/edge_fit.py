@@ -1,8 +1,9 @@
 """Fit the edges of a hollow or heap to those of the mouth, stretch by stretch along the crack."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.arrays import Booleans, Floats, Integers, unit
@@ -22,6 +23,11 @@ ROUNDS, REWEIGHTED, SETTLED_MM = 6, 10, 0.01
 LEAST_SD_MM = 0.15  # Smallest standard deviation of a stretch's shift: neighbours share errors
 RIDGE = (LEAST_SD_MM / REACH_MM) ** 2
 START_MM = 4.0, -4.0, 8.0, -8.0  # Shifts along the crack from which the fit begins again
+FINE_MM = 1.5  # Length of the stretches of a single edge that give the position along the crack
+ALONG_MM, ALONG_STEP_MM = 6.0, 0.5  # Shifts along the crack at which these are compared
+ROUGH_MM, UNSEEN_MM, SHARED = 0.2, 1.5, 2.0
+"""Half width at half maximum of their Cauchy distribution, shift of a stretch that is not seen, and number of
+neighbours that share an error."""
 
 
 @dataclass(frozen=True)
@@ -44,19 +50,25 @@ class Edges:
     stretch: Integers  # Number of each sample's stretch, (n,)
     ways: Floats  # Direction in which a stretch is compared: across the crack, or along it at an end, (m, 2)
     middles_mm: Floats  # (m, 2)
+    side: Integers  # 1 for the left edge, -1 for the right one, 0 for both or an end, (m,)
     is_end: Booleans  # (m,)
 
     @classmethod
-    def of(cls, search: MouthSearch, *, single: bool = False) -> "Edges":
+    def of(cls, search: MouthSearch, *, single: bool = False, stretch_mm: float | None = None) -> "Edges":
         """Return the stretches of a search's mouth, each with both edges, or for a ``single`` edge.
 
-        A stretch without both mouth and face is left out.
+        A stretch is as long as the crack is wide, and has all samples, unless ``stretch_mm`` is given: then it has
+        those near the edge. A stretch without both mouth and face is left out.
         """
-        target, samples_mm = search.target, search.samples_mm
+        target, samples_mm, template = search.target, search.samples_mm, search.template
+        if stretch_mm is not None:
+            of_mouth, of_face = (KDTree(samples_mm[template == value]) for value in (1, 0))
+            others = np.where(template == 1, of_face.query(samples_mm)[0], of_mouth.query(samples_mm)[0])
+            samples_mm, template = samples_mm[others < REACH_MM], template[others < REACH_MM]
         line_mm = target.centreline_mm
         s_mm, along_mm = arc_length_at(samples_mm, line_mm), arc_length(line_mm)
         length_mm, ahead = along_mm[-1], unit(np.gradient(line_mm, axis=0))
-        count = max(int(length_mm / max(target.width_mm, 2 * search.map.cell_mm)), FEWEST)
+        count = max(int(length_mm / max(stretch_mm or target.width_mm, 2 * search.map.cell_mm)), FEWEST)
         number = np.clip(s_mm / length_mm * count, 0, count - 1).astype(int)
 
         def along(places_mm: Floats, values: Floats) -> Floats:
@@ -65,26 +77,29 @@ class Edges:
         aside = np.column_stack([-ahead[:, 1], ahead[:, 0]])
         side = np.sign(((samples_mm - along(s_mm, line_mm)) * along(s_mm, aside)).sum(axis=1)) if single else 0 * s_mm
         places_mm = (np.arange(count) + 0.5) / count * length_mm
-        parts, ways, middles = list[Integers](), list[Floats](), list[Floats]()
+        parts, ways, middles, sides = list[Integers](), list[Floats](), list[Floats](), list[int]()
         for of_side in (-1, 1) if single else (0,):
             parts += [np.flatnonzero((number == stretch) & (side == of_side)) for stretch in range(count)]
             ways += [*along(places_mm, aside)]
             middles += [*along(places_mm, line_mm) + of_side * target.width_mm / 2 * along(places_mm, aside)]
+            sides += [of_side] * count
         for end, kind in ((0, target.ends[0]), (-1, target.ends[1])):
             if kind == "closed":
                 parts.append(np.flatnonzero(np.hypot(*(samples_mm - line_mm[end]).T) < length_mm / count))
                 ways.append(ahead[end])
                 middles.append(line_mm[end])
-        shares = [float(search.template[part].mean()) if len(part) else 0.0 for part in parts]
+                sides.append(0)
+        shares = [float(template[part].mean()) if len(part) else 0.0 for part in parts]
         used = [index for index, share in enumerate(shares) if 0.02 < share < 0.98]
         chosen = np.concatenate([parts[index] for index in used])
         return cls(
             search,
             samples_mm[chosen],
-            search.template[chosen],
+            template[chosen],
             np.repeat(np.arange(len(used)), [len(parts[index]) for index in used]),
             np.array([ways[index] for index in used]),
             np.array([middles[index] for index in used]),
+            np.array([sides[index] for index in used]),
             np.array([index >= count * (1 + single) for index in used]),
         )
 
@@ -134,6 +149,45 @@ class Edges:
             float(np.sqrt(axis @ covariance[:2, :2] @ axis)) for axis in self.search.target.axes
         )
         return agrees, EdgeFit(pose, float(agrees[used].mean()), along_sd_mm, across_sd_mm)
+
+    def fit_along(self, fit: EdgeFit) -> EdgeFit:
+        """Return a fit with the position along the crack at which the single edges are most alike.
+
+        Waves and roughness of the edges, much finer than the crack is wide, give it. Each edge may lie aside, as one
+        below a spill does. Position and uncertainty are those of the posterior distribution.
+        """
+        along, across = self.search.target.axes
+        shifts_mm = np.arange(-ALONG_MM, ALONG_MM + ALONG_STEP_MM / 2, ALONG_STEP_MM)
+        unlike = [self._aside(fit.pose.moved(np.zeros(2), 0.0, shift_mm * along))[1] for shift_mm in shifts_mm]
+        fine_mm = np.linspace(-ALONG_MM, ALONG_MM, 241)
+        off = np.interp(fine_mm, shifts_mm, unlike) / SHARED
+        likely = np.exp(off.min() - off)
+        likely /= likely.sum()
+        middle_mm = float(likely @ fine_mm)
+        along_sd_mm = float(np.hypot(np.sqrt(likely @ (fine_mm - middle_mm) ** 2), LEAST_SD_MM / 3))
+        pose = fit.pose.moved(np.zeros(2), 0.0, middle_mm * along)
+        (turn, left_mm, right_mm), _ = self._aside(pose)
+        pose = pose.moved(self._middle_mm, float(np.degrees(turn)), (left_mm + right_mm) / 2 * across)
+        return replace(fit, pose=pose, along_sd_mm=along_sd_mm)
+
+    def _aside(self, pose: Pose) -> tuple[Floats, float]:
+        """Return the turn and the shifts of the left and the right edge that undo the shifts of stretches at a pose.
+
+        The second part is how unlikely the shifts are that are left, as minus the logarithm of their likelihood.
+        """
+        shift_mm, visible = self._shifts_mm(pose)
+        lever = self.middles_mm - self._middle_mm
+        turned = self.ways[:, 1] * lever[:, 0] - self.ways[:, 0] * lever[:, 1]
+        design = np.column_stack([turned, self.side > 0, self.side < 0]).astype(np.float64)
+        weight, motion, left_mm = visible.astype(np.float64), np.zeros(3, dtype=np.float64), -shift_mm
+        for _ in range(REWEIGHTED):
+            weighted = design * weight[:, None]
+            information = weighted.T @ design + 1e-6 * np.eye(3)
+            motion = -np.linalg.solve(information, weighted.T @ shift_mm).astype(np.float64)
+            left_mm = -shift_mm - design @ motion
+            weight = visible / (1 + (left_mm / ROUGH_MM) ** 2)
+        left_mm = np.where(visible, left_mm, UNSEEN_MM)
+        return motion, float(np.log1p((left_mm / ROUGH_MM) ** 2).sum())
 
     def apart_mm(self, pose: Pose) -> Floats:
         """Return how far a pose moves the middle of the mouth along and across the chord, (2,), as absolute values."""

@@ -7,9 +7,11 @@ from typing import Any
 import cv2
 import numpy as np
 from scipy.ndimage import distance_transform_edt
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import Booleans, Floats, counted_up, unit
+from sealtwin.core.arrays import Booleans, Floats, Integers, counted_up, unit
 
 MAD = 1.4826  # Standard deviation of a normal distribution, in median distances from its median
 STRAY = 6.0  # Distance of a stray cell from the median of its neighbours, in standard deviations of this distance
@@ -72,6 +74,25 @@ class HeightMap:
         not_higher = np.sum(around_mm < self.height_mm + limit_mm, axis=0)
         stray = (away_mm > limit_mm) & (np.minimum(not_lower, not_higher) < FEWEST_BESIDE)
         return HeightMap(self.corner_mm, self.cell_mm, np.where(stray, np.nan, self.height_mm))
+
+    def patches(self, region: Booleans, step_mm: float, area_mm2: float) -> Booleans:
+        """Return the cells of a region in small patches, which a step separates from the rest of it, (rows, columns).
+
+        Such patches are dirt, bubbles, or strays side by side. Speckles and missing cells make no step.
+        """
+        height_mm = cv2.medianBlur(self.filled().astype(np.float32), 3)
+        number = np.full(region.shape, -1)
+        number[region] = np.arange(region.sum())
+        pairs = list[Integers]()
+        for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
+            joined = region[one] & region[other] & (np.abs(height_mm[one] - height_mm[other]) <= step_mm)
+            pairs.append(np.stack([number[one][joined], number[other][joined]]))
+        row, column = np.hstack(pairs)
+        graph = coo_array((np.ones(len(row)), (row, column)), shape=(region.sum(), region.sum()))
+        patch = connected_components(graph, directed=False)[1]
+        small = np.zeros(region.shape, dtype=bool)
+        small[region] = np.bincount(patch)[patch] * self.cell_mm**2 < area_mm2
+        return small
 
     def filled(self, cells: float = np.inf) -> Floats:
         """Return the heights, (rows, columns). A missing one up to ``cells`` from a known one gets its height."""

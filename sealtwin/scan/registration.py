@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from sealtwin.core.arrays import Booleans, Floats
 from sealtwin.core.errors import InputError
-from sealtwin.scan.edge_fit import AGREES_MM, LEAST_AGREEING, LEAST_AGREEMENT, SURE_AGREEMENT, EdgeFit, Edges
+from sealtwin.scan.edge_fit import AGREES_MM, FINE_MM, LEAST_AGREEING, LEAST_AGREEMENT, SURE_AGREEMENT, EdgeFit, Edges
 from sealtwin.scan.height_map import MAD, HeightMap
 from sealtwin.scan.mouth_search import MOST_TURN_DEG, NEAR_FACE_MM, MouthSearch, Pose, Target
 from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
@@ -30,7 +30,7 @@ SURE_SD = 4.0  # And by so many standard deviations
 APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance of named points from their places, and of the crack from its place by them
 FEWEST_NEAR = 100  # Smallest number of points of the face at the height of the named points
-MOST_ALONG_MM = 2.5  # Largest standard uncertainty of the position along the crack by the mouth
+MOST_ALONG_MM = 1.0  # Largest standard uncertainty of the position along the crack by the mouth
 UNSEEN_SD_MM = 0.3  # Standard uncertainty of the position by named points if the crack is not recognised
 MOST_TILTED_DEG = 5.0  # Largest angle between the face and the plane of named points, or the largest plane
 ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
@@ -278,7 +278,7 @@ def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) ->
     if fit is not None and fit.agreeing >= LEAST_AGREEING:
         along_mm, across_mm = edges.apart_mm(fit.pose)
         if across_mm <= most_mm and along_mm <= most_mm + 2 * fit.along_sd_mm:
-            return fit
+            return Edges.of(edges.search, single=True, stretch_mm=FINE_MM).fit_along(fit)
     agreement = search.agreement(Pose(0.0, 0.0, 0.0))
     best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
     mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
@@ -345,6 +345,7 @@ def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, f
             f"unit, or its largest plane may be a table: crop the scan to the face. {REMEDY}"
         )
     size = _size_at(edges.search, fit.pose, path)
+    fit = Edges.of(edges.search, single=True, stretch_mm=FINE_MM).fit_along(fit)
     rival = max((entry.agreement for entry in search.rivals(best)), default=-1.0)
     if rival > best.agreement - ALIKE or fit.along_sd_mm > MOST_ALONG_MM:
         raise InputError(

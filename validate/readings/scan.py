@@ -36,6 +36,10 @@ WINDOW_MM, MIDDLE, INNER = 3.0, 0.6, 0.5
 """Half the length of the window in which the surface is fitted, the share of the width with which the fit begins, and
 the largest share of the half width that is left out beside the walls."""
 ROUNDS, FEWEST_CELLS = 5, 12
+PATCH_STEP_MM, PATCH_MM2 = 0.3, 12.0
+"""Patches of the surface that are smaller than this area do not count if a step of this height, or of a cell's side,
+separates them from the rest."""
+MENTIONED = 0.005  # Share of such patches above which they are stated
 STRAY_SD, STRAY_MM = 4.0, 0.2  # A stray cell is farther from the surface than both limits
 BELOW_FLOOR, BELOW_FLOOR_MM = 0.2, 1.0  # A scan is refused if this share of it is this far below the floor of the crack
 MAX_LAGS = 8  # Stations farther apart than this share no noise
@@ -110,6 +114,7 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
         along_sd_mm=placed.along_sd_mm,
         cell_mm=placed.heights.cell_mm,
         holes_mm=holes,
+        left_out=surface.left_out,
         mean_level_mm=float(weights @ level_mm),
         mean_level_95_mm=COVERAGE * mean_sd_mm,
         tip_mm=tip_mm,
@@ -155,6 +160,7 @@ class _Surface:
     mouth: Booleans  # (rows, columns)
     beside: Booleans  # Cells of the face near the mouth, but not beyond an end at which the crack goes on
     bottom_mm: Floats  # Lowest level at which the cavity is open, (rows, columns). 0 outside the mouth
+    left_out: float  # Share of the cells of the sealant, away from the walls, in small patches apart from the rest
     s_mm: Floats  # Arc length of each cell of the mouth, in the order of ``mouth``
     from_wall_mm: Floats  # Distance of each cell of the mouth from the walls
     across_mm: Floats  # Distance of each cell of the mouth to the left of the centreline
@@ -174,6 +180,8 @@ class _Surface:
         for level_mm, rings in zip(levels_mm[::-1], cuts[::-1], strict=True):
             if len(rings):
                 bottom_mm[heights.inside([np.asarray(ring) for ring in rings]) & mouth] = level_mm
+        patches = heights.patches(mouth, max(PATCH_STEP_MM, heights.cell_mm), PATCH_MM2)
+        placed = replace(placed, heights=replace(heights, height_mm=np.where(patches, np.nan, heights.height_mm)))
         x_mm, y_mm = np.meshgrid(*heights.middles_mm)
         cells_mm = np.column_stack([x_mm[mouth], y_mm[mouth]])
         s_mm = arc_length_at(cells_mm, target.centreline_mm)
@@ -186,10 +194,12 @@ class _Surface:
         # The end of an open crack is no wall.
         x_min, y_min, x_max, y_max = block_mm
         beyond = (x_mm < x_min) | (x_mm > x_max) | (y_mm < y_min) | (y_mm > y_max)
-        from_wall_mm = heights.away_mm(~(mouth | beyond))[mouth]
+        from_wall_mm = heights.away_mm(~(mouth | beyond))
+        bed = mouth & (heights.height_mm > bottom_mm + OPEN_MM) & (from_wall_mm > max(WALLS_MM, heights.cell_mm))
+        left_out = float(patches[bed].mean()) if bed.any() else 0.0
         near = (heights.away_mm(mouth) < BESIDE_MM) & ~mouth & ~beyond
         near[near] = ~target.beyond(np.column_stack([x_mm[near], y_mm[near]]))
-        return cls(placed, mouth, near, bottom_mm, s_mm, from_wall_mm, across_mm)
+        return cls(placed, mouth, near, bottom_mm, left_out, s_mm, from_wall_mm[mouth], across_mm)
 
     def levels(self, length_mm: float) -> "_Levels":
         """Return the mean level across the sealant at stations along the crack."""
@@ -470,5 +480,10 @@ def _dialect(figures: ScanFigures) -> str:
         f"sealant {abs(figures.mean_level_mm):.2f} mm {'above' if figures.mean_level_mm > 0 else 'below'} the face",
         f"face within {figures.residual_mm:.3f} mm (RMS) of its plane, {figures.coverage:.0%} of it seen",
         *([f"holes from {holes} mm"] if holes else []),
+        *(
+            [f"{figures.left_out:.1%} of the sealant left out as dirt, bubbles or strays"]
+            if figures.left_out > MENTIONED
+            else []
+        ),
     )
     return "; ".join(parts)

@@ -5,15 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
-from sealtwin.scan.mouth_search import Target
+from sealtwin.scan.edge_fit import FINE_MM, EdgeFit, Edges
+from sealtwin.scan.mouth_search import MouthSearch, Pose, Target
 from sealtwin.scan.registration import Placed, place
 from sealtwin.scan.settings import NamedPoint, Placement
 from tests.support.scan_beds import bed, bed_of, sloping_mm, target
-from tests.support.shapes import CLOSED, CUT, straight_slot
+from tests.support.shapes import CLOSED, CUT, outline_between, straight_slot
 
 MOVE = Rotation.from_euler("xyz", [4, -5, 6], degrees=True)
 AWAY_MM = np.array([3.0, -2.0, 20.0])
@@ -99,8 +101,8 @@ def test_a_scan_that_does_not_fit_is_refused_with_its_cause(scan, cause):
 SLOT = straight_slot(40.0, 3.0, CLOSED)
 
 
-def slot() -> Floats:
-    return bed_of(SLOT, lambda s_mm: np.full_like(s_mm, -2.0), 0.4)
+def slot(length_mm: float = 40.0) -> Floats:
+    return bed_of(straight_slot(length_mm, 3.0, CLOSED), lambda s_mm: np.full_like(s_mm, -2.0), 0.4)
 
 
 def test_a_crack_that_looks_alike_from_both_ends_is_placed_as_its_axes_say():
@@ -111,7 +113,7 @@ def test_a_crack_that_looks_alike_from_both_ends_is_placed_as_its_axes_say():
 
 @pytest.mark.parametrize(
     ("scan", "ends"),
-    [(np.vstack([slot(), slot() + np.array([0, 28, 0])]), CLOSED), (slot(), CUT)],
+    [(np.vstack([slot(), slot() + np.array([0, 28, 0])]), CLOSED), (slot(70.0), CUT)],
     ids=["twice", "without ends"],
 )
 def test_a_crack_that_agrees_at_several_positions_is_refused(scan, ends):
@@ -141,3 +143,14 @@ def test_named_points_place_a_scan_to_their_accuracy(with_plane):
     scan = placed(moved(with_plane()), named(CORNERS))
     middle_mm = scan.heights.at_mm(*target().centreline_mm[5:-5].T)
     assert np.nanmean(middle_mm) == pytest.approx(sloping_mm(np.array(20.0)), abs=0.05)
+
+
+def test_rough_edges_give_the_position_along_a_straight_crack():
+    x_mm = np.linspace(0.0, 40.0, 201)
+    left_mm, right_mm = 2 + 1.5 * gaussian_filter1d(np.random.default_rng(3).standard_normal((2, 201)), 4.0)
+    rough = outline_between(*(np.column_stack([x_mm, y_mm]) for y_mm in (0 * x_mm, left_mm, -right_mm)), CUT, None)
+    search = MouthSearch.of(bed_of(rough, sloping_mm, 0.25), Target.of(rough), 0.25)
+    edges = Edges.of(search, single=True, stretch_mm=FINE_MM)
+    fit = edges.fit_along(EdgeFit(Pose(0.0, 3.0, 0.1), 1.0, 1.5, 0.05))
+    assert (fit.pose.x_mm, fit.pose.y_mm) == pytest.approx((0.0, 0.0), abs=0.1)
+    assert fit.along_sd_mm < 0.2

@@ -61,6 +61,15 @@ def test_a_stretch_that_is_not_seen_is_a_hole(read):
     assert not ((profile.s_mm > hole[0]) & (profile.s_mm < hole[1])).any()
 
 
+def test_a_lump_on_the_bed_is_left_out(read):
+    points_mm = bed(spacing_mm=0.25)
+    points_mm[np.hypot(*(points_mm[:, :2] - OUTLINE.centreline_mm[len(OUTLINE.s_mm) // 2]).T) < 1.3, 2] += 1.5
+    profile = read(points_mm)
+    assert np.abs(profile.level_mm - sloping_mm(profile.s_mm)).max() < 0.15
+    assert profile.scan.figures.left_out == pytest.approx(2.6 / 40, abs=0.01)
+    assert "of the sealant left out" in profile.dialect
+
+
 def test_walls_above_the_sealant_do_not_count(read):
     """Walls of a flare lean inwards from the mouth: its sealant, 3 mm deep, is narrower than the mouth by 2 mm."""
     points_mm = bed(lambda s_mm: np.full_like(s_mm, -3.0))
