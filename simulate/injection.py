@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from sealtwin.core.cluster import cores
+from sealtwin.core.workers import cores
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.progress import Progress

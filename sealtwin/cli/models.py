@@ -15,13 +15,6 @@ class FluidRun(Settings):
     """Number of CPU threads of the fluid run. It does not change the result. Default: one per core, up to 8."""
 
 
-class Digitising(Settings):
-    """Options of 'sealtwin digitise'."""
-
-    jobs: int = Field(default=1, ge=1, le=64)
-    """Number of photos digitised at the same time."""
-
-
 class Tracing(Settings):
     """Options of 'sealtwin trace'."""
 
@@ -79,8 +72,6 @@ class Sweeping(StudyRuns):
 
     batch: int | None = Field(default=None, ge=1, le=4096)
     """Number of runs that are computed together. They may differ only in the fluid. Default: 1, or 256 on a GPU."""
-    scheduler: str | None = None
-    """Dask scheduler whose workers compute the runs instead of this machine. Requires the pip extra 'cluster'."""
     retry: bool = False
     """Compute failed runs again."""
     dry_run: bool = False
