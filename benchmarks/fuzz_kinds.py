@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from benchmarks.fuzz_lab import MESHES, PLAN
-from benchmarks.fuzz_mutations import ODD, flipped, reboxed, rekeyed, repainted, reworded
+from benchmarks.fuzz_mutations import flipped, reboxed, rekeyed, repainted, reworded
 
 
 @dataclass(frozen=True)
@@ -35,10 +35,8 @@ class Kind(NamedTuple):
 
     files: tuple[str, ...]  # Named twice: damaged twice as often
     commands: tuple[str, ...]
-    options: str = ""  # A value of these is odd in ``ODD_OPTION`` of the cases
 
 
-ODD_OPTION = 0.4
 BY_FILES: Mapping[str, Kind] = {
     "photo": Kind(("crack.png",), ("digitise trial.toml --out new",)),
     "HEIC": Kind(
@@ -61,8 +59,7 @@ BY_FILES: Mapping[str, Kind] = {
     # One that is accepted is searched and poured, which takes a quarter minute.
     "plan": Kind(
         ("planned.toml", "planned.toml", "cell.toml"),
-        (f"{PLAN} --out new",),
-        "--cell cell.toml --margin-mm 0.5 --flow-max-mm3-s 400",
+        (f"{PLAN} --cell cell.toml --margin-mm 0.5 --flow-max-mm3-s 400 --out new",),
     ),
 }
 
@@ -70,11 +67,7 @@ BY_FILES: Mapping[str, Kind] = {
 def of_files(case: Case, kind: Kind) -> list[str]:
     file = case.chance.choice(kind.files)
     case.damage(file)
-    options = shlex.split(kind.options)
-    values = [number for number, word in enumerate(options) if not word.startswith("--")]
-    if values and not case.sound and case.chance.random() < ODD_OPTION:
-        options[case.chance.choice(values)] = case.chance.choice(ODD)
-    return [*shlex.split(case.chance.choice(kind.commands).format(file=file)), *options]
+    return shlex.split(case.chance.choice(kind.commands).format(file=file))
 
 
 def of_folder(case: Case, folder: str) -> list[str]:

@@ -24,7 +24,7 @@ class Tracing(Settings):
     """Print the address of the page, and do not open a browser."""
 
 
-class DrawnCracks(Settings):
+class DrawnCrack(Settings):
     """Options of 'sealtwin export'."""
 
     formats: tuple[Literal["mask", "dxf"], ...]

@@ -20,7 +20,7 @@ from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 if TYPE_CHECKING:
     from digitise.drawing.given import GivenDrawing
     from digitise.scale.marker_scale import MarkerFrame
-    from sealtwin.cli.models import DrawnCracks, Tracing
+    from sealtwin.cli.models import DrawnCrack, Tracing
 
 IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
     "outline": ("", "Correct the drawn lines there."),
@@ -81,25 +81,25 @@ def digitise(
     run_trial(command, target, out, ("digitise",), trial=sample_trial("photo", target, settings))
 
 
-@answers(options="sealtwin.cli.models:DrawnCracks")
+@answers(options="sealtwin.cli.models:DrawnCrack")
 def export(
     command: Command,
-    folders: Annotated[list[Path], argument("RUN...", "Digitised run folders.")],
-    options: "DrawnCracks",
+    folder: Annotated[Path, argument("RUN", "Digitised run folder.")],
+    options: "DrawnCrack",
     out: Annotated[Path, option("Folder for the files.", "DIR")],
 ) -> None:
-    """Write traced cracks as masks or as drawings for CAD (DXF).
+    """Write a traced crack as a mask or as a drawing for CAD (DXF).
 
     A DXF has layers for the outline, both walls, the centreline, side cracks, the face and the nozzle's path.
 
     Example: sealtwin export reports/paper-trial --format dxf,mask --out drawn
     """
     from sealtwin.core.run_folder import look_into
-    from sealtwin.trial.exports import KINDS, export_runs
+    from sealtwin.trial.exports import KINDS, export_run
     from sealtwin.trial.job import display_path, other_versions
 
-    names = [*map(display_path, export_runs(folders, [kind for kind in KINDS if kind in options.formats], out))]
-    others = other_versions(*map(look_into, folders), stage="digitise")
+    names = [*map(display_path, export_run(folder, [kind for kind in KINDS if kind in options.formats], out))]
+    others = other_versions(look_into(folder), stage="digitise")
     command.reply({"files": names, "other_versions": others}, [*others, *names])
 
 

@@ -168,10 +168,3 @@ def test_a_bug_in_one_photo_is_reported_without_stopping_other_photos(lab, monke
     assert page.count("data:image/jpeg;base64,") == 1
     assert "1 of 2 photos digitised" in page
     assert "http" not in page.replace("http-equiv", "")
-
-
-def test_a_page_of_the_user_is_not_overwritten(small, tmp_path):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "index.html").write_text("mine")
-    call_ingest(small, tmp_path / "out", code=3)
-    assert [(path.name, path.read_text()) for path in (tmp_path / "out").iterdir()] == [("index.html", "mine")]
