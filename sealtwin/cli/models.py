@@ -72,6 +72,8 @@ class Sweeping(StudyRuns):
 
     batch: int | None = Field(default=None, ge=1, le=4096)
     """Number of runs that are computed together. They may differ only in the fluid. Default: 1, or 256 on a GPU."""
+    scheduler: str | None = None
+    """Dask scheduler whose workers compute the runs instead of this machine. Requires the pip extra 'cluster'."""
     retry: bool = False
     """Compute failed runs again."""
     dry_run: bool = False

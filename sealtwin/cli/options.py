@@ -255,6 +255,7 @@ FORMS = {
     "line": "LAYER",
     "formats": "A,B",
     "caliper": "SHEET",
+    "scheduler": "tls://HOST:PORT",
 }
 """Format of an option's text, by the key of the field, if the value is not a single number, word or file.
 

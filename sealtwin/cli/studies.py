@@ -99,6 +99,7 @@ def sweep(
         retry=options.retry,
         dry_run=options.dry_run,
         drafts=not options.accurate,
+        scheduler=options.scheduler,
     )
     swept = run_study(study, out, computing, command.progress(), settings)
     command.reply(swept, swept_lines(swept), swept["exit_code"])

@@ -1,19 +1,31 @@
-"""Run independent tasks on worker processes of this machine."""
+"""Run independent tasks on worker processes of this machine, or on the workers of a Dask cluster."""
 
+import ipaddress
 import multiprocessing
 import os
 import pickle
 import signal
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from importlib.metadata import version
 from multiprocessing import resource_tracker
 from multiprocessing.process import BaseProcess
 from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
+
+from sealtwin.core.errors import InputError
 
 TRIES = 3  # Number of workers that a task may kill before it counts as lost
 KILLED = f"{TRIES} worker processes were killed during this task, probably because memory ran out"
@@ -24,9 +36,11 @@ WORKER_ENVIRONMENT = {
     "MALLOC_TRIM_THRESHOLD_": "65536",
 }
 STARTING = Lock()  # Lock that is held while the environment of a worker is set in this process
+CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, both of which usually connect within seconds
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Workers = tuple[Executor, Callable[[], int]]  # Executor, and a function that returns how many tasks it accepts at once
 
 
 @dataclass(frozen=True)
@@ -45,6 +59,8 @@ def run_tasks(
     function: Callable[..., Result],
     tasks: Iterable[tuple[Item, tuple[Any, ...]]],
     processes: int,
+    scheduler: str | None = None,
+    numbers: Callable[[], Any] = dict,
 ) -> Iterator[tuple[Item, Result | Lost]]:
     """Call ``function`` for every task, and yield each result as soon as it is available.
 
@@ -52,31 +68,45 @@ def run_tasks(
         function: Function at the top level of a module, so that workers can import it. It should catch its exceptions.
         tasks: Pairs of an item, which is returned with the result, and the arguments of the call. The next pair is
             read only when a worker is free.
-        processes: Number of worker processes, one core each. They end with this process, even if it is killed. 0
-            computes in this process.
+        processes: Number of worker processes on this machine, one core each. They end with this process, even if it is
+            killed. 0 computes in this process.
+        scheduler: Address of a Dask scheduler, whose workers are used instead of local processes.
+        numbers: Function at the top level of a module that returns the stage numbers of the machine on which it runs.
+            Workers must have the same numbers as this process.
+
+    Raises:
+        InputError: The scheduler does not respond, lacks workers, disappears, or is not encrypted; Dask is not
+            installed; a worker has another version or other stage numbers.
     """
-    if processes == 0:
+    if scheduler is None and processes == 0:
         yield from ((item, function(*arguments)) for item, arguments in tasks)
         return
-    waiting, at_work = iter(tasks), dict[Future[Result | Lost], Item]()
-    with _processes(processes) as executor:
+    waiting, at_work = iter(tasks), dict[Future[Result], Item]()
+    with _processes(processes) if scheduler is None else _cluster(scheduler, numbers) as (executor, wanted):
 
         def submit() -> None:
-            while len(at_work) < processes and (task := next(waiting, None)) is not None:
+            while len(at_work) < wanted() and (task := next(waiting, None)) is not None:
                 item, arguments = task
                 at_work[executor.submit(function, *arguments)] = item
 
         submit()
         while at_work:
             for future in wait(at_work, return_when=FIRST_COMPLETED).done:
-                item = at_work.pop(future)
-                try:
-                    outcome = future.result()
-                except Exception as fault:
-                    outcome = _lost(fault)
+                item, outcome = at_work.pop(future), _outcome(future, scheduler)
                 # Before the yield: a worker must not wait until the caller has written the result to disk.
                 submit()
                 yield item, outcome
+
+
+def _outcome(future: Future[Result], scheduler: str | None) -> Result | Lost:
+    try:
+        return future.result()
+    except CancelledError:
+        raise InputError(
+            f"{scheduler}: the connection to the scheduler was lost. Repeat the command to compute the rest."
+        ) from None
+    except Exception as fault:
+        return _lost(fault)
 
 
 def _lost(fault: Exception) -> Lost:
@@ -143,11 +173,11 @@ class LocalExecutor(ThreadPoolExecutor):
 
 
 @contextmanager
-def _processes(count: int) -> Iterator[LocalExecutor]:
-    """Yield an executor with ``count`` processes."""
+def _processes(count: int) -> Iterator[Workers]:
+    """Yield an executor with ``count`` processes, and a function that returns how many tasks it accepts at once."""
     with LocalExecutor(count) as executor:
         try:
-            yield executor
+            yield executor, lambda: count
         except BaseException:
             # Without this, shutdown would wait for the current runs after Ctrl-C.
             executor.kill()
@@ -194,3 +224,103 @@ def _end_with(parent: Any) -> None:
     with suppress(EOFError, OSError):
         parent.recv_bytes()
     os._exit(1)
+
+
+class ClusterExecutor(Executor):
+    """Executor for the workers of a Dask client.
+
+    Dask's own executor would wait forever for a result that is lost in transit.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call a function in a Dask worker. The future is cancelled if the connection to the scheduler is lost."""
+        future = Future[Any]()
+
+        def settle(task: Any) -> None:
+            try:
+                future.set_result(task.result())
+            except Exception as fault:
+                future.set_exception(fault if task.status == "error" else CancelledError())
+
+        self._client.submit(fn, *args, **kwargs, pure=False).add_done_callback(settle)
+        return future
+
+
+@contextmanager
+def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[Workers]:
+    """Yield an executor for a Dask scheduler, and a function that returns how many tasks it accepts at once."""
+    try:
+        import asyncio
+
+        import dask.config
+        from distributed import Client
+    except ModuleNotFoundError as missing:
+        raise InputError(
+            f"--scheduler {address}: Dask is not installed ({missing}); 'pip install sealtwin[cluster]' installs it."
+        ) from None
+    _refuse_unencrypted(address)
+    try:
+        # Dask itself would wait forever for a server that accepts the connection and sends nothing.
+        asyncio.run(asyncio.wait_for(_greet(address), CONNECT_S))
+        client: Any = Client(address, timeout=CONNECT_S)
+    except (OSError, ValueError, TypeError, MemoryError, TimeoutError) as fault:
+        # Dask reads the response of another kind of server, such as a dashboard, as the length of a huge message.
+        reason = str(fault) or f"it sent nothing for {CONNECT_S:g} s"
+        raise InputError(
+            f"--scheduler {address}: no scheduler responds at this address ({reason}). 'dask scheduler' starts one. "
+            "For tls://, set the credentials in Dask's configuration (distributed.comm.tls)."
+        ) from None
+    # Tasks contain the records of a sample; Dask would warn above 10 MB.
+    with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}), client:
+        _require_workers(client, address, numbers)
+        # A second task per core hides the delay of the network.
+        yield ClusterExecutor(client), lambda: 2 * max(1, sum(client.nthreads().values()))
+
+
+async def _greet(address: str) -> None:
+    """Connect to a scheduler, exchange the first messages, and disconnect."""
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    comm: Any = await connect(address, timeout=CONNECT_S, **Security().get_connection_args("client"))
+    await comm.close()
+
+
+def _refuse_unencrypted(address: str) -> None:
+    """Raise InputError for an unencrypted connection to another machine, unless Dask's configuration allows it."""
+    import dask.config
+
+    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    host = parts.hostname or ""
+    try:
+        local = host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        local = False
+    if local or parts.scheme in {"tls", "wss"} or dask.config.get("distributed.comm.require-encryption") is False:
+        return
+    raise InputError(
+        f"--scheduler {address}: the connection is not encrypted, and anyone who can reach the scheduler can run code. "
+        "Use TLS (tls://, with distributed.comm.tls in Dask's configuration). On a network that you trust, you can "
+        "allow it with DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION=False."
+    )
+
+
+def _require_workers(client: Any, address: str, numbers: Callable[[], Any]) -> None:
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_S)
+    except TimeoutError:
+        raise InputError(
+            f"--scheduler {address}: the scheduler has no worker. 'dask worker {address}' starts one."
+        ) from None
+    # Stage numbers are compared only if the versions are equal. on_error="return" returns a worker's exception.
+    for name, function in (("sealtwin", partial(version, "sealtwin")), ("stage numbers", numbers)):
+        value, answers = function(), client.run(function, on_error="return")
+        if other := {worker: theirs for worker, theirs in answers.items() if theirs != value}:
+            worker, theirs = next(iter(other.items()))
+            raise InputError(
+                f"--scheduler {address}: {worker} has {name} {theirs}, but this machine has {value}. Install the same "
+                "version everywhere."
+            )

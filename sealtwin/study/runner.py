@@ -36,7 +36,7 @@ from sealtwin.study.study_folder import (
     with_outcome,
     write_outcome,
 )
-from sealtwin.trial.job import DIGITISED, stage_settings
+from sealtwin.trial.job import DIGITISED, own_numbers, stage_settings
 from sealtwin.trial.trial_file import Trial
 from validate.run_facts import facts_of_runs
 from validate.settings import Readings
@@ -67,6 +67,7 @@ class StudyOptions:
     batch: int = 1  # Largest number of runs in one launch
     keep_fills: bool = False  # True to store how the crack fills, for launches of a single particle run
     later_s: float = 0.0  # Estimated time of the command's work after these runs
+    scheduler: str | None = None  # Address of a Dask scheduler whose workers compute the runs
     retry: bool = False  # True to compute failed runs again
     dry_run: bool = False
     drafts: bool = True  # True to compute drafts, unless the study or the caller sets the solver's resolution
@@ -142,7 +143,7 @@ def bring_up_to_date(
         progress.note(f"{announced} {waiting} runs to compute: about {in_words(left_s)}, which the runs will correct.")
     for doubt in doubts if waiting else ():
         progress.warn(doubt)
-    if options.device:
+    if options.scheduler is None and options.device:
         require_memory(largest, free_bytes(options.device), options.device, min(options.batch, waiting))
     if waiting and not options.dry_run:
         runs = compute(folder, runs, options, title, progress)
@@ -217,9 +218,11 @@ def launch(
 
     def show() -> None:
         runs = [*current.values()]
-        elapsed_s = [time.monotonic() - began_s[key] for key in launches if key in began_s]
-        progress.expect(time_left_s(runs, min(jobs, len(launches)), elapsed_s))
-        progress.later(slowness(runs) * options.later_s)
+        # A local worker starts a task as soon as it is read. A scheduler reads more tasks than its workers start.
+        if options.scheduler is None:
+            elapsed_s = [time.monotonic() - began_s[key] for key in launches if key in began_s]
+            progress.expect(time_left_s(runs, min(jobs, len(launches)), elapsed_s))
+            progress.later(slowness(runs) * options.later_s)
         states = Counter(run.state for run in runs)
         counts = ", ".join(f"{states[state]} {state}" for state in STATES if state in states)
         progress.advance(round(100 * (work_s - waiting_s(runs))), counts)
@@ -233,7 +236,7 @@ def launch(
     watching = Thread(target=show_during_runs, daemon=True)
     watching.start()
     try:
-        for group, outcomes in run_tasks(function, tasks(), jobs):
+        for group, outcomes in run_tasks(function, tasks(), jobs, options.scheduler, own_numbers):
             if isinstance(outcomes, Lost):
                 outcomes = [outcomes] * len(group)
             with showing:

@@ -44,6 +44,11 @@ def numbers_up_to(stage: StageName) -> dict[str, int]:
     return {name: NUMBERS[name] for name in STAGES[: STAGES.index(stage) + 1]}
 
 
+def own_numbers() -> dict[str, int]:
+    """Return all stage numbers of this version. As a function, it can be called on another machine."""
+    return dict(NUMBERS)
+
+
 @dataclass(frozen=True)
 class Job:
     """A trial in its run folder, with the options of its run."""

@@ -1,4 +1,4 @@
-"""Tasks on worker processes: their results, and lost tasks."""
+"""Tasks on worker processes: their results, lost tasks, and refused schedulers."""
 
 import multiprocessing
 import os
@@ -6,13 +6,15 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import Future
 from multiprocessing.connection import Connection
 from typing import Any
 
 import psutil
+import pytest
 
-from sealtwin.core.errors import present
-from sealtwin.core.workers import Lost, run_tasks
+from sealtwin.core.errors import InputError, present
+from sealtwin.core.workers import ClusterExecutor, Lost, _outcome, run_tasks
 
 
 def _square(number) -> Any:
@@ -119,3 +121,49 @@ def test_unread_results_do_not_prevent_the_interpreter_from_exiting():
     script = "from sealtwin.core.workers import run_tasks\n"
     script += "results = run_tasks(pow, [(0, (1, 1)), (1, (1, 1)), (2, (1, 1))], 2)\nnext(results)"
     subprocess.run([sys.executable, "-c", script], timeout=60, check=True)
+
+
+class _LostTask:
+    """A task of Dask's, and the client that was given it."""
+
+    status = "finished"
+
+    def submit(self, *_, **__):
+        return self
+
+    def result(self):
+        raise OSError("Stream is closed")
+
+    def add_done_callback(self, called):
+        called(self)
+
+
+def test_a_lost_or_cancelled_result_is_reported_as_a_lost_connection():
+    """Dask never ends a task whose result is lost in transfer, and cancels tasks that it has taken.
+
+    Both were observed by killing a scheduler, once while it sent a result of 700 MB.
+    """
+    cancelled = Future()
+    cancelled.cancel()
+    for task in (ClusterExecutor(_LostTask()).submit(pow, 1, 1), cancelled):
+        with pytest.raises(InputError, match=r"tcp://127\.0\.0\.1:9: the connection to the scheduler was lost"):
+            _outcome(task, "tcp://127.0.0.1:9")
+
+
+def test_the_error_for_a_scheduler_without_dask_names_the_extra_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install sealtwin\[cluster\]"):
+        next(run_tasks(pow, [(0, (1, 1))], 0, "tls://node7:8786"))
+
+
+@pytest.mark.parametrize(
+    ("fault", "address"),
+    [
+        *(("the connection is not encrypted", address) for address in ("tcp://10.1.2.3:8786", "node7:8786")),
+        ("no scheduler responds", "localhost:9"),
+    ],
+)
+def test_an_unencrypted_or_unreachable_scheduler_is_refused(fault, address, monkeypatch):
+    monkeypatch.setattr("sealtwin.core.workers.CONNECT_S", 0.2)
+    with pytest.raises(InputError, match=f"--scheduler {address}: {fault}"):
+        next(run_tasks(pow, [(0, (1, 1))], 0, address))

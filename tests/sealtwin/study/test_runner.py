@@ -5,14 +5,19 @@ import time
 from dataclasses import replace
 from typing import Any
 
+import pytest
+
 from sealtwin.cli.studies import swept_lines
+from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.workers import KILLED, Lost
+from sealtwin.core.workers import KILLED, Lost, run_tasks
 from sealtwin.study import runner
 from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_folder import StudyRun, profile_path, read_plan
 from sealtwin.study.study_map import chart_of
 from sealtwin.study.sweep import sweep
+from sealtwin.trial.job import NUMBERS, own_numbers
+from tests.support.ingested_lab import sealtwin
 from tests.support.tiny_study import HERE, results_of, tiny_lab
 from validate.figures.map_page import map_page
 
@@ -40,6 +45,32 @@ def test_a_run_that_kills_three_workers_is_recorded_as_failed(lab, unbroken, tmp
     assert sweep(lab, out, HERE, Progress())["exit_code"] == 6  # kept as failed, until it is asked for
     assert sweep(lab, out, replace(HERE, retry=True), Progress())["exit_code"] == 0
     assert results_of(out) == results_of(unbroken)
+
+
+@pytest.fixture(scope="module")
+def scheduler():
+    """The address of a scheduler with one worker."""
+    from distributed import LocalCluster
+
+    cluster: Any = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", host="tcp://127.0.0.1")
+    with cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_cluster_gives_the_same_results_as_the_local_machine(lab, unbroken, tmp_path, scheduler):
+    answer = sealtwin(
+        "sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--accurate", "--scheduler", scheduler, "--quiet"
+    )
+    assert answer.exit_code == 0, answer.output
+    assert results_of(tmp_path / "out") == results_of(unbroken)
+
+
+def test_a_worker_with_other_stage_numbers_is_refused(scheduler, monkeypatch):
+    """A worker with the same version and another solver would compute other levels for the same study."""
+    own = NUMBERS["simulate"]
+    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, but this machine has .*: 999"):
+        next(run_tasks(pow, [(0, (1, 1))], 0, scheduler, own_numbers))
 
 
 FAST = """
