@@ -2,10 +2,10 @@
 
     python -m benchmarks.blind_labs
 
-The trials are those of ``benchmarks.blind_trials``. A lab may also know the share of the stress that its walls take up,
-or weigh the sample before and after the pour. Then it predicts with three runs at each of three particle sizes, as
-``sealtwin validate --uncertainty`` does. Reality is a run at the true inputs with another seed and another size of the
-particles. ``benchmarks/blind/`` keeps all runs, and computes those that are missing.
+The trials are those of ``benchmarks.blind_trials``. A lab may also weigh the sample before and after the pour. It
+predicts with three runs at each of three particle sizes, as ``sealtwin validate --uncertainty`` does. Reality is a run
+at the true inputs with another seed and another size of the particles. ``benchmarks/blind/`` keeps all runs, and
+computes those that are missing.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from benchmarks.blind_trials import SEED, STATIONS_MM, Measured, level_mm, measu
 from benchmarks.kept_runs import KeptRuns, add_rows, rows_in
 from benchmarks.reality.inputs import Cavity, Numerics, Paste, Pour, Poured
 from benchmarks.reality.pour import poured
-from benchmarks.reality.worlds import WORLDS, World, flows, late, together
+from benchmarks.reality.worlds import A_DAY, World, flows, late, together
 from benchmarks.samples import pour_along
 from benchmarks.table import run_benchmark
 from digitise.settings import Dispensed
@@ -36,24 +36,19 @@ REAL, SIZES = FOLDER / "real.csv", FOLDER / "sizes.csv"
 KEPT = KeptRuns(FOLDER, "python -m benchmarks.blind_labs")
 LEVELS = [f"level_at_{s:g}_mm" for s in STATIONS_MM]
 FACTORS = (1 / RATIO, 1.0, RATIO)
-SHARE, SHARE_ERROR = 0.5, 0.065
-"""Walls' share of the stress in ``worlds.slips``, and the relative error of a lab that knows it."""
 MASS_SD_G = 0.014  # Of two weighings by a scale of 0.01 g
 PUMP_DELAY_S = 0.3  # A lab that looks for the pump's start by eye
 SHORT_AND_LATE = together(late(1.0), flows(0.92))
-A_DAY = next(world for name, world in WORLDS.items() if name.startswith("W11"))
 
 
 class Lab(NamedTuple):
     """What a lab measures in addition to the inputs of a blind trial."""
 
-    strips: bool = False  # The share of the stress that walls take up which slip
     weighs: World | None = None  # World whose sample is weighed before and after the pour
 
 
 LABS: Mapping[str, Lab] = {
     "inputs": Lab(),
-    "strips": Lab(strips=True),
     "weighed, late and 8 % low": Lab(weighs=SHORT_AND_LATE),
     "weighed, W11": Lab(weighs=A_DAY),
 }
@@ -65,9 +60,6 @@ def base_of(one: Measured, number: int, lab: Lab) -> Base:
     """Return a trial as a lab knows it, with its run by the fast model."""
     own, random = one.base, np.random.default_rng([SEED, number, 4])
     changes: dict[str, Any] = {}
-    if lab.strips:
-        share = SHARE * float(1 + SHARE_ERROR * random.normal())
-        changes |= {"fluid.wall_share": share, "uncertainty.wall_share": SHARE_ERROR * share}
     if lab.weighs is not None:
         arrived_g = 1e-6 * one.real_fluid["density_kg_m3"] * second_reality(one, lab.weighs).volume_mm3
         density = own.trial.given_fluid.density_kg_m3

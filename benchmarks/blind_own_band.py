@@ -17,7 +17,6 @@ import numpy as np
 from typer import Option
 
 from benchmarks.blind_labs import (
-    A_DAY,
     KEPT,
     LABS,
     SHORT_AND_LATE,
@@ -29,7 +28,7 @@ from benchmarks.blind_labs import (
 )
 from benchmarks.blind_trials import STATIONS_MM, measured
 from benchmarks.reality.inputs import Paste
-from benchmarks.reality.worlds import WORLDS, World, slips
+from benchmarks.reality.worlds import A_DAY, World, as_declared, slips, wets
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
@@ -61,13 +60,12 @@ class Reality(NamedTuple):
 
 REALITIES: Mapping[str, Reality] = {
     "particles": Reality(None),
-    "W0": Reality(WORLDS["W0 as declared"]),
+    "W0": Reality(as_declared),
     "slip, unmeasured": Reality(slips, judged=False),
-    "slip, strips tested": Reality(slips, "strips"),
     "late and 8 % low, unmeasured": Reality(SHORT_AND_LATE, judged=False),
     "late and 8 % low, sample weighed": Reality(SHORT_AND_LATE, "weighed, late and 8 % low"),
-    "W10, undeclared": Reality(WORLDS["W10 paste wets"], judged=False),
-    "W10, tension declared": Reality(WORLDS["W10 paste wets"], wets=True),
+    "W10, undeclared": Reality(wets(1.0), judged=False),
+    "W10, tension declared": Reality(wets(1.0), wets=True),
     "W11, unmeasured": Reality(A_DAY, judged=False),
     "W11, sample weighed": Reality(A_DAY, "weighed, W11"),
 }

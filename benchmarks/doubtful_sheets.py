@@ -176,13 +176,10 @@ def _cell(i: int, j: int) -> str:
     return f"{'BCDEFGHIJ'[j]}{i + 2}"
 
 
-def _deep(sheet: DrawnSheet, random: Random, *, inner: bool = False, least_mm: float = 2.0) -> int:
+def _deep(sheet: DrawnSheet, random: Random, least_mm: float) -> int:
     """Draw a station whose readings are so deep that no scatter takes them to the face."""
     middle_mm = np.nanmedian(sheet.levels_mm, axis=1)
     deep = middle_mm < -max(least_mm, 6 * sheet.scatter_mm)
-    if inner:
-        deep[1:-1] &= deep[:-2] & deep[2:]
-        deep[[0, -1]] = False
     return int(random.choice(np.flatnonzero(deep)))
 
 
@@ -190,42 +187,18 @@ def _set(sheet: DrawnSheet, cells: Mapping[tuple[int, int], float]) -> DrawnShee
     levels_mm = sheet.levels_mm.copy()
     for place, value in cells.items():
         levels_mm[place] = value
-    return replace(sheet, levels_mm=levels_mm, answers=_answers(sheet, *(_cell(i, j) for i, j in cells)))
-
-
-def _answers(sheet: DrawnSheet, *names: str) -> frozenset[str]:
-    """Return the answers to a wide sheet; none of a long one, whose cells are elsewhere."""
-    return frozenset(() if sheet.hand.long else names)
+    return replace(sheet, levels_mm=levels_mm, answers=frozenset(_cell(i, j) for i, j in cells))
 
 
 def zero(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-    return _set(sheet, {(_deep(sheet, random), int(random.integers(sheet.levels_mm.shape[1]))): 0.0})
-
-
-def zero_station(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-    i = _deep(sheet, random, inner=True)
-    return _set(sheet, {(i, j): 0.0 for j in range(sheet.levels_mm.shape[1])})
-
-
-def two_zeros(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-    return zero(zero(sheet, random), random)
-
-
-def zero_at_the_end(sheet: DrawnSheet, _: Random) -> DrawnSheet:
-    middle_mm = np.nanmedian(sheet.levels_mm, axis=1)
-    return _set(sheet, {(0 if middle_mm[0] < middle_mm[-1] else len(middle_mm) - 1, 0): 0.0})
+    return _set(sheet, {(_deep(sheet, random, 2.0), int(random.integers(sheet.levels_mm.shape[1]))): 0.0})
 
 
 def slip(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-    i, j = _deep(sheet, random, least_mm=1.5), int(random.integers(sheet.levels_mm.shape[1]))
+    i, j = _deep(sheet, random, 1.5), int(random.integers(sheet.levels_mm.shape[1]))
     if np.isnan(sheet.levels_mm[i, j]):
         raise ValueError("a missing reading has no sign")
     return _set(sheet, {(i, j): -sheet.levels_mm[i, j]})
-
-
-def slip_of_a_station(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-    i = _deep(sheet, random, inner=True)
-    return _set(sheet, {(i, j): -value for j, value in enumerate(sheet.levels_mm[i])})
 
 
 def all_signs(sheet: DrawnSheet, _: Random) -> DrawnSheet:
@@ -241,10 +214,6 @@ def centimetres(sheet: DrawnSheet, random: Random) -> DrawnSheet:
     return replace(sheet, levels_mm=np.round(sheet.levels_mm / 10, digits), answers=frozenset({"unit"}))
 
 
-def all_centimetres(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-    return replace(centimetres(sheet, random), s_mm=np.round(sheet.s_mm / 10, 3))
-
-
 def reversed_s(sheet: DrawnSheet, _: Random) -> DrawnSheet:
     middle_mm = np.nanmedian(sheet.levels_mm, axis=1)
     mirrored_mm = np.interp(sheet.length_mm - sheet.s_mm, sheet.s_mm, middle_mm)
@@ -254,48 +223,32 @@ def reversed_s(sheet: DrawnSheet, _: Random) -> DrawnSheet:
     return replace(sheet, s_mm=s_mm[::-1], levels_mm=sheet.levels_mm[::-1], answers=frozenset({"direction"}))
 
 
-def reversed_rows(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-    turned = reversed_s(sheet, random)
-    return replace(turned, s_mm=turned.s_mm[::-1], levels_mm=turned.levels_mm[::-1])
+def gauge_too_high(sheet: DrawnSheet, _: Random) -> DrawnSheet:
+    return replace(sheet, levels_mm=np.round(sheet.levels_mm + 5.0, 4))
 
 
-def offset(offset_mm: float) -> Turn:
-    def moved(sheet: DrawnSheet, _: Random) -> DrawnSheet:
-        return replace(sheet, levels_mm=np.round(sheet.levels_mm + offset_mm, 4))
-
-    return moved
-
-
-def mean_row(*, first: bool = False, digits: int = 2, in_order: bool = False) -> Turn:
-    def with_mean(sheet: DrawnSheet, _: Random) -> DrawnSheet:
-        row_mm, s_mm = np.round(np.nanmean(sheet.levels_mm, axis=0), digits), round(float(sheet.s_mm.mean()), digits)
-        s_mm += 0.01 * bool((np.abs(sheet.s_mm - s_mm) < 0.01).any())
-        at = 0 if first else int(np.searchsorted(sheet.s_mm, s_mm)) if in_order else len(sheet.s_mm)
-        return replace(
-            sheet,
-            s_mm=np.insert(sheet.s_mm, at, s_mm),
-            levels_mm=np.insert(sheet.levels_mm, at, row_mm, axis=0),
-            answers=_answers(sheet, f"{at + 2}"),
-        )
-
-    return with_mean
+def mean_row(sheet: DrawnSheet, _: Random) -> DrawnSheet:
+    row_mm, s_mm = np.round(np.nanmean(sheet.levels_mm, axis=0), 2), round(float(sheet.s_mm.mean()), 2)
+    s_mm += 0.01 * bool((np.abs(sheet.s_mm - s_mm) < 0.01).any())
+    return replace(
+        sheet,
+        s_mm=np.append(sheet.s_mm, s_mm),
+        levels_mm=np.vstack([sheet.levels_mm, row_mm]),
+        answers=frozenset({f"{len(sheet.s_mm) + 2}"}),
+    )
 
 
-def mean_column(*, first: bool = False, digits: int = 2) -> Turn:
-    def with_mean(sheet: DrawnSheet, _: Random) -> DrawnSheet:
-        column_mm = np.round(np.nanmean(sheet.levels_mm, axis=1), digits)
-        at = 0 if first else sheet.levels_mm.shape[1]
-        levels_mm = np.insert(sheet.levels_mm, at, column_mm, axis=1)
-        return replace(sheet, levels_mm=levels_mm, answers=_answers(sheet, "BCDEFG"[at]))
-
-    return with_mean
+def mean_column(sheet: DrawnSheet, _: Random) -> DrawnSheet:
+    column_mm = np.round(np.nanmean(sheet.levels_mm, axis=1), 2)
+    answers = frozenset({"BCDEFG"[sheet.levels_mm.shape[1]]})
+    return replace(sheet, levels_mm=np.column_stack([sheet.levels_mm, column_mm]), answers=answers)
 
 
 def copied(sheet: DrawnSheet, random: Random) -> DrawnSheet:
     levels_mm = sheet.levels_mm.copy()
     a, b = random.choice(levels_mm.shape[1], 2, replace=False)
     levels_mm[:, a] = levels_mm[:, b]
-    return replace(sheet, levels_mm=levels_mm, answers=_answers(sheet, "BCDEFG"[max(a, b)]))
+    return replace(sheet, levels_mm=levels_mm, answers=frozenset({"BCDEFG"[max(a, b)]}))
 
 
 def all_copied(sheet: DrawnSheet, _: Random) -> DrawnSheet:
@@ -311,40 +264,34 @@ def scattered(sheet: DrawnSheet, random: Random) -> DrawnSheet:
     pattern *= random.uniform(10, 15) * max(float(np.median(spreads_mm)), 0.03) / pattern.std(ddof=1)
     levels_mm = sheet.levels_mm.copy()
     levels_mm[i] = np.round(np.nanmedian(levels_mm[i]) + pattern, 2)
-    return replace(sheet, levels_mm=levels_mm, answers=_answers(sheet, f"{i + 2}"))
+    return replace(sheet, levels_mm=levels_mm, answers=frozenset({f"{i + 2}"}))
 
 
-def struck(what: str) -> Turn:
-    def with_struck(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-        i, j = int(random.integers(len(sheet.s_mm))), int(random.integers(sheet.levels_mm.shape[1]))
-        columns = range(sheet.levels_mm.shape[1] + 1) if what == "row" else [0 if what == "station" else j + 1]
-        names = ["ABCDEFGH"[column] + f"{i + 2}" for column in columns]
+def struck(sheet: DrawnSheet, random: Random) -> DrawnSheet:
+    i, j = int(random.integers(len(sheet.s_mm))), int(random.integers(sheet.levels_mm.shape[1]))
 
-        def mark(book: openpyxl.Workbook) -> None:
-            for name in names:
-                book.worksheets[0][name].font = Font(strike=True)
+    def mark(book: openpyxl.Workbook) -> None:
+        book.worksheets[0][_cell(i, j)].font = Font(strike=True)
 
-        moved = _set(sheet, {(i, j): sheet.levels_mm[i, j] - 0.4})
-        return replace(moved, marks=(mark,), answers=frozenset({f"{i + 2}"} if what == "row" else names))
-
-    return with_struck
+    return replace(_set(sheet, {(i, j): sheet.levels_mm[i, j] - 0.4}), marks=(mark,))
 
 
-def hidden(what: str) -> Turn:
-    def with_hidden(sheet: DrawnSheet, random: Random) -> DrawnSheet:
-        i, j = int(random.integers(1, len(sheet.s_mm) - 1)), int(random.integers(sheet.levels_mm.shape[1]))
-        columns = {"column": ["BCDEFG"[j]], "group": ["B", "C"]}.get(what, [])
+def hidden_row(sheet: DrawnSheet, random: Random) -> DrawnSheet:
+    number = 2 + int(random.integers(1, len(sheet.s_mm) - 1))
 
-        def mark(book: openpyxl.Workbook) -> None:
-            table = book.worksheets[0]
-            if columns:
-                table.column_dimensions.group(columns[0], columns[-1], hidden=True)
-            for row in range(i + 2, i + {"row": 3, "rows": 4}.get(what, 0)):
-                table.row_dimensions[row].hidden = True
+    def mark(book: openpyxl.Workbook) -> None:
+        book.worksheets[0].row_dimensions[number].hidden = True
 
-        return replace(sheet, marks=(mark,), answers=frozenset(columns or {f"{i + 2}"}))
+    return replace(sheet, marks=(mark,), answers=frozenset({f"{number}"}))
 
-    return with_hidden
+
+def hidden_column(sheet: DrawnSheet, random: Random) -> DrawnSheet:
+    letter = "BCDEFG"[int(random.integers(sheet.levels_mm.shape[1]))]
+
+    def mark(book: openpyxl.Workbook) -> None:
+        book.worksheets[0].column_dimensions[letter].hidden = True
+
+    return replace(sheet, marks=(mark,), answers=frozenset({letter}))
 
 
 @dataclass(frozen=True)
@@ -368,59 +315,23 @@ class Manner:
         raise RuntimeError(f"{self.name}: no sheet of a hundred.")
 
 
-THREE, ONE, FINE = {"repeats": 3}, {"repeats": 1}, {"step_mm": 0.01}
+THREE, FINE = {"repeats": 3}, {"step_mm": 0.01}
 SHALLOW = {"depth_mm": 6.0}
-REVIEWED: tuple[Manner, ...] = (
+MANNERS: tuple[Manner, ...] = (
     Manner("0.00 for a missing reading", zero, given=THREE),
     Manner("slip of a sign", slip, given=THREE),
     Manner("depths written negative", all_signs, "ramp", DOWN, SHALLOW),
     Manner("levels written positive downward", all_signs, "ramp", PLAIN, SHALLOW),
     Manner("centimetres under millimetres", centimetres, given=FINE),
-    Manner("unlabelled mean row", mean_row(), given=FINE),
-    Manner("struck-through reading", struck("cell")),
+    Manner("unlabelled mean row", mean_row, given=FINE),
+    Manner("struck-through reading", struck),
     Manner("direction of s turned", reversed_s),
-    Manner("fourth repeat the mean of three", mean_column(), given=THREE | FINE),
-    Manner("gauge 5 mm too high", offset(5.0)),
+    Manner("fourth repeat the mean of three", mean_column, given=THREE | FINE),
+    Manner("gauge 5 mm too high", gauge_too_high),
     Manner("copied repeat", copied, given=FINE),
     Manner("copied repeats, steps of 0.5 mm", all_copied, given={"step_mm": 0.5, "stations": 17}),
-    Manner("hidden row", hidden("row")),
-    Manner("hidden column", hidden("column")),
+    Manner("hidden row", hidden_row),
+    Manner("hidden column", hidden_column),
     Manner("station that scatters tenfold", scattered, given=FINE),
 )
 """What an independent check saw read wrong without a word."""
-LONG = Hand(long=True)
-INCHES = Hand(language="english", units="brackets", unit="inch")
-GERMAN = Hand(separator=";", decimal=",", language="german", units="parentheses", quantity="depth")
-VARIED: tuple[Manner, ...] = (
-    Manner("0.00, single readings", zero_station, "deep", PLAIN, ONE),
-    Manner("0.00 in all repeats of a station", zero_station, "plateau", PLAIN, {"depth_mm": 16.0}),
-    Manner("0.00 twice", two_zeros, "steps", GERMAN, THREE),
-    Manner("0.00 in a long sheet", zero, "ramp", LONG),
-    Manner("0.00 at an end, among repeats", zero_at_the_end, "paper", DOWN, THREE),
-    Manner("slip, single readings", slip_of_a_station, "deep", PLAIN, ONE),
-    Manner("slip of a whole station", slip_of_a_station, "plateau", GERMAN, {"depth_mm": 16.0}),
-    Manner("slip of one of two", slip, "deep", DOWN, {"repeats": 2}),
-    Manner("slip in a long sheet", slip, "ramp", LONG, {"repeats": 4}),
-    Manner("all signs, a shallow plateau", all_signs, "plateau", GERMAN, SHALLOW),
-    Manner("all signs, a step", all_signs, "steps", PLAIN, SHALLOW),
-    Manner("all signs, in inches", all_signs, "plateau", INCHES, SHALLOW),
-    Manner("centimetres, a long sheet", centimetres, "deep", LONG, FINE),
-    Manner("centimetres, places as well", all_centimetres, "steps", PLAIN, FINE),
-    Manner("centimetres, single readings", centimetres, "ramp", DOWN, ONE | FINE),
-    Manner("mean row first", mean_row(first=True), "ramp", PLAIN, FINE),
-    Manner("mean row in the order of s", mean_row(in_order=True), "paper", GERMAN, FINE),
-    Manner("mean row to a tenth", mean_row(digits=1), "steps", PLAIN, FINE | THREE),
-    Manner("mean row of single readings", mean_row(), "paper", PLAIN, ONE | FINE),
-    Manner("mean row, a long sheet", mean_row(), "ramp", LONG, FINE),
-    Manner("struck-through row", struck("row"), "mound"),
-    Manner("struck-through station", struck("station"), "plateau"),
-    Manner("two hidden rows", hidden("rows"), "steps"),
-    Manner("hidden group of columns", hidden("group"), "deep"),
-    Manner("first repeat the mean", mean_column(first=True), "plateau", GERMAN, FINE),
-    Manner("mean to a tenth", mean_column(digits=1), "ramp", PLAIN, {"repeats": 3, "scatter_mm": 0.3, "step_mm": 0.1}),
-    Manner("mean in a long sheet", mean_column(), "deep", LONG, FINE | THREE),
-    Manner("copy in a long sheet", copied, "steps", LONG, FINE),
-    Manner("gauge 5 mm too low", offset(-5.0), "plateau"),
-    Manner("direction of s, rows turned too", reversed_rows, "ramp", DOWN),
-)
-"""Thirty variations of them in other beds, hands and layouts."""

@@ -1,9 +1,7 @@
 """The small lab that every case gets a copy of: photos, trials, sheets, a run, a study, a catalogue and a plan."""
 
-import re
 import shlex
 import shutil
-from datetime import date
 from pathlib import Path
 
 import ezdxf
@@ -11,12 +9,8 @@ import ezdxf.filemanagement
 from ezdxf import units
 
 from benchmarks.fuzz_process import in_a_process
-from sealtwin.material import material_text
-from sealtwin.material.by_rheometer import FlowCurve, material_of_table
-from sealtwin.trial.starter_files import CELL
 from tests.support.lab_folder import DEFAULTS
 from tests.support.photos import mortar, with_crack, write_png
-from tests.support.spread_photos import Blob, write_sheet_table
 from tests.support.tiny_study import TRIAL, plannable_lab
 
 PLAN = "plan planned.toml --knots 3 --verify 1 --seeds 1 --device cpu --quiet"
@@ -56,7 +50,6 @@ def sound_lab(folder: Path) -> None:
     (folder / "trial.toml").write_text(TRIAL + "\n[output]\nsnapshots_s = []\n")
     # Beside trial.toml it is refused for its name, when both are read.
     (folder / "twin.toml").write_text(TRIAL.replace("calibrated-on", "held-out"))
-    _sound_paste_and_pump(folder)
     (folder / "fill.csv").write_text("mass_g,level_mm\n0.10,-4\n0.17,-2\n0.25,0\n")
     filled = TRIAL.replace('tilt = "vertical"', 'tilt = "flare"\nfill = "fill.csv"')
     (folder / "filled.toml").write_text(filled + "\n[output]\nsnapshots_s = []\n")
@@ -68,19 +61,9 @@ def sound_lab(folder: Path) -> None:
     shutil.copy(folder / "readings.csv", photos / "P01.csv")
     (photos / "P01_note.toml").write_text("photo.crack = 1\n")
     (photos / "lab.toml").write_text(DEFAULTS.replace("[crack]", "[crack]\ndepth_mm = 8.0"))
-    # Long enough for the trims that quick assumes, and so shallow that its fluid takes seconds.
-    wide = with_crack(mortar((300, 120)), [(20, 61), (100, 57), (180, 63), (270, 58)], 24)
-    write_png(folder / "quick.png", wide)
     shutil.copy(HEIC, folder / "phone.heic")
-    (folder / "depths.csv").write_text("s_mm,depth_mm\n0,3\n12,3.2\n26,2.9\n")
-    (folder / "levels.csv").write_text("s_mm,level_1_mm,level_2_mm\n5,-0.4,-0.5\n10,-0.6,-0.5\n20,-0.5,-0.4\n")
     for line in MADE_BY:
         call_here(folder, line)
-    shutil.copy(folder / "plan" / "plan.csv", folder / "path_table.csv")
-    with_table = re.sub(
-        r"(?s)\[path\].*?\n\n", '[path]\nplan = "path_table.csv"\n\n', (folder / "planned.toml").read_text()
-    )
-    (folder / "path_table.toml").write_text(with_table)
     shutil.copytree(folder / "run", folder / "twin")
     mesh = trimesh.load_mesh(folder / "run" / "crack.stl")
     # As it is, the crack is shorter than the trims of a path.
@@ -95,20 +78,3 @@ def call_here(folder: Path, line: str) -> None:
     exit_code, output, _ = in_a_process(shlex.split(line), folder)
     if exit_code not in ACCEPTED:
         raise RuntimeError(f"{line}: {exit_code}: {output}")
-
-
-def _sound_paste_and_pump(folder: Path) -> None:
-    """Write a spread with its frame, a flow curve, a material with its trial, and weighings with their cell."""
-    Blob(55.0, mm_per_px=0.5).write(folder / "spread.png")
-    write_sheet_table(folder / "frame.toml")
-    (folder / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")
-    pump = '[pump]\nfile = "pump.csv"\ndensity_kg_m3 = 1690.0\n\n[spel] '
-    (folder / "pumped.toml").write_text(CELL.replace("{file}", "pumped.toml").replace("[spel] ", pump, 1))
-    rows = [f"{asked},{asked * 0.0017 * 20:.4f},20,0.3" for asked in (1, 1, 1, 10, 10, 10, 3000, 3000, 3000)]
-    (folder / "pump.csv").write_text("\n".join(["asked_mm3_s,weighed_g,time_s,delay_s", *rows]) + "\n")
-    curve = FlowCurve(density_kg_m3=1690.0, data="synthetic", date=date(2026, 11, 21))
-    (folder / "material.toml").write_text(material_text(material_of_table(folder / "curve.csv", curve).material))
-    head, rest = TRIAL.split("[fluid]\n")
-    fluid = 'material = "material.toml"\nfreeze_after_s = 0.5\n\n'
-    content = f"{head}[fluid]\n{fluid}{rest[rest.index('[solver]') :]}\n[output]\nsnapshots_s = []\n"
-    (folder / "pasted.toml").write_text(content)

@@ -1,8 +1,8 @@
 """Sheets of readings: that do not say what was meant, sound ones, and ones that ordinary labs write.
 
-    python -m benchmarks.ingest [--seed 2027] [--sound 400] [--each 2]
+    python -m benchmarks.ingest [--seed 2027] [--sound 400] [--each 6]
 
-Of sheets that do not say what was meant, two in each manner, and sound ones are read with the crack, the volume in it
+Of sheets that do not say what was meant, six in each manner, and sound ones are read with the crack, the volume in it
 and a simulated level, as in a run. The sheets of seed 2027 are those that are judged; the screens were set on others.
 Last, a lab takes in 22 sheets as ordinary labs write them. Their questions are answered in pairing.csv, and in no file
 of the lab's.
@@ -13,7 +13,6 @@ import re
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -21,7 +20,7 @@ from typing import Annotated
 import numpy as np
 from typer import Option
 
-from benchmarks.doubtful_sheets import REVIEWED, VARIED, DrawnSheet, Manner, sound_sheet
+from benchmarks.doubtful_sheets import MANNERS, DrawnSheet, sound_sheet
 from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.errors import present
@@ -44,7 +43,7 @@ ANSWER = re.compile(r"readings\.as_written = \[([^]]*)\]")
 def main(
     seed: Annotated[int, Option(help="seed of the doubtful and of the sound sheets")] = 2027,
     sound: Annotated[int, Option(help="sound sheets")] = 400,
-    each: Annotated[int, Option(help="sheets in each manner")] = 2,
+    each: Annotated[int, Option(help="sheets in each manner")] = 6,
 ) -> list[Row]:
     with tempfile.TemporaryDirectory() as name:
         scratch = Path(name)
@@ -85,30 +84,27 @@ def answers_in(sentence: str) -> list[str]:
 def doubt_rows(folder: Path, seed: int, each: int) -> list[Row]:
     """Read sheets that do not say what was meant, as ingest does and as a run does."""
     folder.mkdir()
-    rows = []
-    for what, manners in (("reviewed", REVIEWED), ("varied", VARIED)):
-        at_ingest, at_run = Tally(), Tally()
-        for name, sheet in drawn(manners, seed, each):
-            path = sheet.write(folder, "sheet")
-            at_ingest.read(path, sheet, name, run=False)
-            at_run.read(path, sheet, name, run=True)
-        sheets, silent = at_run.counts.total(), at_run.counts["silent"]
-        print(f"Silent, {what}: at ingest {Counter(at_ingest.silent)}; in the run {Counter(at_run.silent)}")
-        rows += [
-            Row(f"sheets of {len(manners)} {what} manners", sheets, "", len(manners), len(manners) * each),
-            Row(f"{what}: held by ingest, by its note alone", sheets - at_ingest.counts["silent"], ""),
-            Row(f"{what}: refused", at_run.counts["refused"], ""),
-            Row(f"{what}: named where it is wrong", at_run.counts["named"], ""),
-            Row(f"{what}: something else in doubt", at_run.counts["other"], ""),
-            Row(f"{what}: read wrong without a word", silent, "", 0, 0),
-        ]
-    return rows
+    at_ingest, at_run = Tally(), Tally()
+    for name, sheet in drawn(seed, each):
+        path = sheet.write(folder, "sheet")
+        at_ingest.read(path, sheet, name, run=False)
+        at_run.read(path, sheet, name, run=True)
+    sheets, silent = at_run.counts.total(), at_run.counts["silent"]
+    print(f"Silent: at ingest {Counter(at_ingest.silent)}; in the run {Counter(at_run.silent)}")
+    return [
+        Row(f"sheets of {len(MANNERS)} manners", sheets, "", len(MANNERS), len(MANNERS) * each),
+        Row("held by ingest, by its note alone", sheets - at_ingest.counts["silent"], ""),
+        Row("refused", at_run.counts["refused"], ""),
+        Row("named where it is wrong", at_run.counts["named"], ""),
+        Row("something else in doubt", at_run.counts["other"], ""),
+        Row("read wrong without a word", silent, "", 0, 0),
+    ]
 
 
-def drawn(manners: Sequence[Manner], seed: int, each: int) -> list[tuple[str, DrawnSheet]]:
+def drawn(seed: int, each: int) -> list[tuple[str, DrawnSheet]]:
     """Draw sheets in each manner, the same for one seed whichever other manners there are."""
     sheets = []
-    for manner in manners:
+    for manner in MANNERS:
         random = np.random.default_rng([seed, *manner.name.encode()])
         sheets += [(manner.name, manner.draw(random)) for _ in range(each)]
     return sheets

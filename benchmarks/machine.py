@@ -1,4 +1,4 @@
-"""What benchmarks of time share: programs of any work tree, timed; a busy core beside them; the processor's name."""
+"""What benchmarks of time share: programs, timed, and the processor's name."""
 
 import os
 import platform
@@ -6,8 +6,6 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,14 +21,17 @@ class Used(NamedTuple):
     stdout: str
 
 
-def run_program(arguments: list[str], tree: Path = ROOT, env: dict[str, str] | None = None) -> Used:
-    """Run Python with the packages of a work tree. Raises CalledProcessError if the exit code is none of ``ENDED``."""
+def run_program(arguments: list[str], env: dict[str, str] | None = None) -> Used:
+    """Run Python with the packages of this repository.
+
+    Raises CalledProcessError if the exit code is none of ``ENDED``.
+    """
     before_s, began = _processor_s(), time.perf_counter()
     ended = subprocess.run(
         [sys.executable, *arguments],
-        cwd=tree,
+        cwd=ROOT,
         # Compiled modules are kept, as any user's are: else each run compiles the tree again.
-        env={**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "", **(env or {})},
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "", **(env or {})},
         capture_output=True,
         text=True,
         check=False,
@@ -45,19 +46,6 @@ def run_program(arguments: list[str], tree: Path = ROOT, env: dict[str, str] | N
 def _processor_s() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-@contextmanager
-def busy_core() -> Iterator[None]:
-    """Keep one core busy."""
-    with subprocess.Popen([sys.executable, "-c", "while 1: pass"]) as spinning:
-        try:
-            yield
-        finally:
-            spinning.kill()
-
-
-LOADS: dict[str, Callable[[], AbstractContextManager[None]]] = {"alone": nullcontext, "beside a busy core": busy_core}
 
 
 def processor() -> str:

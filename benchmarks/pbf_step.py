@@ -3,7 +3,7 @@
     python -m benchmarks.pbf_step [--only explicit|paste]
 
 A block of particles, settled in a square tank: h = 4 R, five pressure iterations, steps of 1 ms, one explicit pass of
-viscosity; alone, and beside a busy core. Then the shipped trial's paste as a run takes it, of 15,000 particles while it
+viscosity. Then the shipped trial's paste as a run takes it, of 15,000 particles while it
 collapses and nearly at rest: pressure that is carried over and some iterations ("1+3 pressure"), shear, and the
 implicit solve in so many iterations ("CG"). Both programs start from the same state and take as many passes of each
 kind, on one thread, in turns; a figure is the least processor time of many turns. The C++ is
@@ -16,7 +16,7 @@ from typing import Annotated
 
 import numpy as np
 
-from benchmarks.machine import LOADS, flags, processor
+from benchmarks.machine import flags, processor
 from benchmarks.pbf_cpp import has_compiler
 from benchmarks.pbf_tank import (
     FLOWING,
@@ -29,9 +29,7 @@ from benchmarks.pbf_tank import (
 )
 from benchmarks.table import Row, one_of, run_benchmark
 
-FEW, MANY = 2_000, 50_000
-GROWTH = 1.05
-"""Bar of the exponent of a substep's time over the number of particles."""
+MANY = 50_000
 OVER_CPP = 1.5
 """Bar of a substep over the C++ of as many passes. Its walls are a box; those of this package have any shape."""
 ALIKE = 0.03
@@ -45,29 +43,18 @@ ALIKE_MM = 1e-2
 
 
 def explicit() -> Iterator[Row]:
-    alone_ms = dict[int, float]()
-    for particles in (FEW, PARTICLES, MANY):
+    for particles in (PARTICLES, MANY):
         engine = settled_block(particles)
         compiled = in_cpp(engine)
         engine.step()
         compiled.step()
         apart_mm = np.linalg.norm(compiled.place_mm - engine.state.position_mm(), axis=1)
         name = f"{particles} particles"
-        if particles == PARTICLES:
-            density, near = engine.state.density.numpy(), engine.lists.fluid_count.numpy()
-            yield Row(f"{name}: density, mean of the settled block", float(density.mean()), "", 0.9, 1.1)
-            yield Row(f"{name}: neighbours of a particle, mean", float(near.mean()), "", 30, 70)
         yield Row(f"{name}: C++ a step on, apart, median", float(np.median(apart_mm)), "mm", 0, ALIKE_MM)
-        for load, beside in LOADS.items():
-            with beside():
-                ours_ms, cpp_ms = take_turns((engine.step, compiled.step))
-            alone_ms.setdefault(particles, ours_ms)
-            bar = cpp_bar() if load == "alone" and particles != FEW else np.inf
-            yield Row(f"{name}, {load}: 5 + 1 passes", ours_ms, "ms")
-            yield Row(f"{name}, {load}: C++", cpp_ms, "ms")
-            yield Row(f"{name}, {load}: over C++, explicit", ours_ms / cpp_ms, "", 0, bar, "<= 1.3")
-    exponent = np.log(alone_ms[MANY] / alone_ms[FEW]) / np.log(MANY / FEW)
-    yield Row(f"{FEW} to {MANY} particles: exponent of the time", exponent, "", 0, GROWTH)
+        ours_ms, cpp_ms = take_turns((engine.step, compiled.step))
+        yield Row(f"{name}: 5 + 1 passes", ours_ms, "ms")
+        yield Row(f"{name}: C++", cpp_ms, "ms")
+        yield Row(f"{name}: over C++, explicit", ours_ms / cpp_ms, "", 0, cpp_bar(), "<= 1.3")
 
 
 def paste() -> Iterator[Row]:

@@ -1,4 +1,4 @@
-"""The fluid against closed forms, symmetries and what must hold always.
+"""The fluid against closed forms.
 
     python -m benchmarks.physics [--only NAME]...
 
@@ -30,7 +30,6 @@ from tests.support.tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm
 RADIUS_MM, STEP_S = 0.4, FRAME_S / 4
 COLUMN, COLUMN_MM = Pit(6.0, 3.1, 24.0), 16.0
 REST_S = 1.5  # Four times the memory of what keeps a run's volume
-STEPS_OF_CHAOS = 10
 
 
 def within(name: str, value: float, unit: str, reference: float, off: float) -> Row:
@@ -74,29 +73,6 @@ def pressure_at(compression: float, tank: Tank) -> float:
     squares = factor * particle_volume(tank.radius_mm) * 8100 / pi / 105 / support**5
     stiff = squares + engine.settings.relaxation / support**2
     return engine.scheme.iterations * compression * (1 + 1.5 * compression) / stiff / tank.step_s**2
-
-
-def momentum() -> Iterator[Row]:
-    """A cube in chaos falls freely: nothing in it pushes it as a whole, and its mirror image does as it does."""
-    fluid = filled_box_mm((0.0, -3.0, 14.0), (6.0, 3.0, 20.0), RADIUS_MM)
-    speed, count = np.random.default_rng(0).normal(0, 100, fluid.shape), STEPS_OF_CHAOS
-    fall = np.array([0, 0, -GRAVITY_MM_S2 * STEP_S**2 * count * (count + 1) / 2])
-    for name, viscosity_mm2_s in (("pressure alone", 0.0), ("pressure and viscosity", 32.2)):
-        places = []
-        for sign in (1.0, -1.0):
-            flip = np.array([1.0, sign, 1.0])
-            how: dict[str, Any] = {"radius_mm": RADIUS_MM, "step_s": STEP_S, "viscosity_mm2_s": viscosity_mm2_s}
-            tank = Tank.of(Pit(6.0, 6.0, 4.0), fluid * flip, falls=True, **how)
-            tank.set_velocity(speed * flip)
-            tank.wait(count * STEP_S)
-            places.append(tank.place_mm * flip)
-        drift = np.abs((places[0] - fluid - speed * count * STEP_S - fall).mean(axis=0)).max()
-        yield Row(f"chaos, {name}: mean path", np.linalg.norm(places[0] - fluid - fall, axis=1).mean(), "mm")
-        # Positions of 20 mm are rounded to 1e-6 mm in some fifty moves.
-        yield Row(f"momentum, {name}: drift", float(drift), "mm", 0, 1e-4, "0")
-        # Chaos doubles float32's 1e-6 in each substep or so.
-        apart = float(np.abs(places[0] - places[1]).max())
-        yield Row(f"mirror image, {name}", apart, "mm", 0, 1e-6 * 2**count, "0")
 
 
 def drop() -> Iterator[Row]:
@@ -208,7 +184,7 @@ def slot_current() -> Iterator[Row]:
 CASES: dict[str, Callable[[], Iterator[Row]]] = {
     case.__name__: case
     for case in (
-        *(momentum, drop, hydrostatic, sloshing, shear_wave, slot_current),
+        *(drop, hydrostatic, sloshing, shear_wave, slot_current),
         *(channel, bingham, herschel),
     )
 }

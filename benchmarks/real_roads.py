@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Annotated
 
 import cv2
-import numpy as np
 from typer import Option
 
 from benchmarks.real_roads_photos import Set, listed, read_sets
@@ -51,10 +50,7 @@ def clicked_rows(photo_set: Set, answers: Sequence[Clicked]) -> list[Row]:
     verdicts = Counter(answer.verdict for answer in answers)
     percent = {word: 100 * verdicts[word] / max(len(answers), 1) for word in ("right", "other", "wrong", "refused")}
     rows = [Row(f"{name}: right, of {len(answers)}", percent.pop("right"), "%", photo_set.target_percent)]
-    rows += [Row(f"{name}: {word}", share, "%") for word, share in percent.items()]
-    if ratios := [answer.width_ratio for answer in answers if np.isfinite(answer.width_ratio)]:
-        rows.append(Row(f"{name}: width over the mask's, median of {len(ratios)}", float(np.median(ratios)), ""))
-    return rows
+    return rows + [Row(f"{name}: {word}", share, "%") for word, share in percent.items()]
 
 
 def silent_row(answers: Sequence[Clicked]) -> Row:

@@ -83,12 +83,6 @@ def is_silent(line_px: Floats, mask: Mask, warnings: tuple[str, ...]) -> bool:
     return not (len(off_px) and len(places) and KDTree(off_px).query(places)[0].min() <= PLACE_PX)
 
 
-def width_ratio(line_px: Floats, width_px: float, branch: Branch) -> float:
-    """Return the traced mean width over the mask's mean width beside the traced line."""
-    _, nearest = KDTree(branch.line_px).query(_dense(line_px))
-    return width_px / float(np.mean(branch.width_px[nearest]))
-
-
 def _off_mask(points_px: Floats, mask: Mask) -> Floats:
     return KDTree(np.argwhere(mask)[:, ::-1].astype(float)).query(points_px)[0]
 

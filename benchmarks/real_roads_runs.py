@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.real_roads_photos import Listed, Mask, digest, read_mask, read_picture, read_sets
-from benchmarks.real_roads_rules import Branch, Verdict, is_hit, is_silent, verdict, width_ratio
+from benchmarks.real_roads_rules import Branch, Verdict, is_hit, is_silent, verdict
 from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
@@ -26,8 +26,6 @@ class Clicked:
     words: str
     """The refusal or, of a wrong line, its warnings."""
     silent: bool = False
-    width_ratio: float = float("nan")
-    """Traced mean width over the mask's, if the trace is right and has one."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +46,8 @@ def run_clicked(row: Listed, photos: Path) -> Clicked:
         return Clicked(row, "refused", str(refusal).partition(": ")[2])
     line_px = outline.centreline_px
     judged = verdict(line_px, branch, mask)
-    ratio = float("nan")
-    if judged == "right" and outline.width_source in ("walls", "fit"):
-        ratio = width_ratio(line_px, outline.mean_width_mm / MM_PER_PX, branch)
     silent = judged == "wrong" and is_silent(line_px, mask, texts(outline.warnings))
-    return Clicked(row, judged, "; ".join(texts(outline.warnings)), silent, ratio)
+    return Clicked(row, judged, "; ".join(texts(outline.warnings)), silent)
 
 
 def run_unclicked(row: Listed, photos: Path) -> Unclicked:

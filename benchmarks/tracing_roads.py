@@ -7,7 +7,7 @@ around the stones; markings, joints, shadows, oil and debris. Each is clicked at
 noise. Seeds from 51000 on judge and are not for tuning; seeds 0 to 199 are for tuning.
 
 A mean width is an area over a length, and the length of a line as crooked as these depends on how finely it is
-followed: by 3 % from 0.3 to 0.6 crack widths. Truth follows it as digitise does; the area depends on no such choice.
+followed: by 3 % from 0.3 to 0.6 crack widths. Truth follows it as digitise does.
 """
 
 import tempfile
@@ -23,15 +23,12 @@ from typer import Option
 
 from benchmarks.table import Row, processes, rms, run_benchmark
 from benchmarks.tracing_cases import Ends, clicked
-from benchmarks.tracing_figures import distance_mm
 from digitise.crack_path.find_path import find_path
-from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.road import Road, road
 from fixtures.generate.road_recipe import SIZE_PX
-from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline
 
@@ -52,11 +49,7 @@ class RoadFigures:
     source: str = ""
     """How the width was measured."""
     width_percent: float = nan
-    """Signed, like the next two."""
-    area_percent: float = nan
-    length_percent: float = nan
-    centreline_mm: float = nan
-    """RMS distance of the traced centreline from the true one."""
+    """Signed."""
     holds: bool | None = None
     """Whether the stated interval holds the true mean width; None if none is stated."""
 
@@ -65,10 +58,7 @@ class RoadFigures:
         if self.refusal:
             return f"{self.name}: refused: {self.refusal}"
         interval = {None: "no interval", True: "in its interval", False: "OUTSIDE its interval"}[self.holds]
-        return (
-            f"{self.name}: width {self.width_percent:+.1f} % ({self.source}, {interval}), area "
-            f"{self.area_percent:+.1f} %, length {self.length_percent:+.1f} %, centreline {self.centreline_mm:.2f} mm"
-        )
+        return f"{self.name}: width {self.width_percent:+.1f} % ({self.source}, {interval})"
 
 
 def main(seeds: Annotated[tuple[int, int], Option(metavar="FIRST COUNT")] = (51_000, 200), jobs: int = 1) -> list[Row]:
@@ -106,21 +96,13 @@ def clicks(seed: int, truth: Road) -> Ends:
 
 def road_rows(figures: Sequence[RoadFigures]) -> list[Row]:
     traced = [each for each in figures if not each.refusal]
-    widths, areas, lengths, lines = (
-        np.array([getattr(each, name) for each in traced] or [np.inf])
-        for name in ("width_percent", "area_percent", "length_percent", "centreline_mm")
-    )
+    widths = np.array([each.width_percent for each in traced] or [np.inf])
     stated = [each.holds for each in traced if each.holds is not None]
     rows = [
         Row(f"refused, of {len(figures)}", 100 * (len(figures) - len(traced)) / len(figures), "%", 0, MAX_REFUSED),
         Row(f"mean width, rms of {len(traced)}", rms(widths), "%", 0, MAX_WIDTH),
         Row("mean width, median", float(np.median(widths)), "%"),
         Row(f"mean width more than {FAR_OFF:g} % off", int((abs(widths) > FAR_OFF).sum()), ""),
-        Row("area, rms", rms(areas), "%"),
-        Row("area, median", float(np.median(areas)), "%"),
-        Row("length, median", float(np.median(lengths)), "%"),
-        Row("centreline, rms", rms(lines), "mm"),
-        Row("centreline, median", float(np.median(lines)), "mm"),
         Row(f"95 % interval of the width stated, of {len(traced)}", len(stated), ""),
     ]
     if stated:
@@ -129,17 +111,11 @@ def road_rows(figures: Sequence[RoadFigures]) -> list[Row]:
 
 
 def _measured(name: str, truth: Road, outline: Outline) -> RoadFigures:
-    mm_per_px = truth.recipe.mm_per_px
-    true_mm, length_mm = truth.mean_width_px * mm_per_px, mm_per_px * float(arc_length(truth.line_px)[-1])
-    traced_px2 = abs(signed_area(outline.outline_px)) if outline.width_source != "none" else 0.0
-    interval = outline.width_95_mm
+    true_mm, interval = truth.mean_width_px * truth.recipe.mm_per_px, outline.width_95_mm
     return RoadFigures(
         name,
         source=outline.width_source,
         width_percent=100 * (outline.mean_width_mm / true_mm - 1),
-        area_percent=100 * (traced_px2 / abs(signed_area(truth.outline_px)) - 1),
-        length_percent=100 * (outline.length_mm / length_mm - 1),
-        centreline_mm=rms(distance_mm(outline.centreline_mm, truth.to_mm(truth.line_px))),
         holds=None if interval is None else interval[0] <= true_mm <= interval[1],
     )
 

@@ -11,7 +11,6 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.progress import Progress
@@ -19,6 +18,7 @@ from sealtwin.core.records import Floats, Run, Sample
 from sealtwin.core.regime import regime_of
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.settings import without_none
+from sealtwin.core.workers import cores
 from simulate.device import describe_device, start_warp
 from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.run_statistics import RunStatistics

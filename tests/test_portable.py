@@ -51,8 +51,8 @@ POSIX = re.compile(
 )
 ALLOWED = {
     # The code asks hasattr or the platform before each use.
-    ("sealtwin/core/cluster.py", "os.sched_getaffinity"),
-    ("sealtwin/core/cluster.py", "signal.pthread_sigmask"),
+    ("sealtwin/core/workers.py", "os.sched_getaffinity"),
+    ("sealtwin/core/workers.py", "signal.pthread_sigmask"),
     ("simulate/fluid/walkers.py", "os.setpriority"),
 }
 

@@ -74,8 +74,6 @@ class Paste:
     """0: the yield stress holds the surface across the slot; 1: the surface is a liquid's meniscus."""
     contact_deg: float = 30.0
     surface_tension_n_m: float = 0.06
-    normal_stresses: bool = True
-    """Plugs bear a difference of normal stresses, so that a mound is steeper than walls and floor alone hold it."""
 
     def __post_init__(self) -> None:
         if not 0 < self.exponent <= 1:

@@ -19,7 +19,7 @@ from benchmarks.reality.section import Floats, Section, Solid, flows
 from benchmarks.reality.yielding import yield_gradient
 
 KEPT = Path(__file__).parent / "laws.json"
-LAWS = ((1.0, 1.0, inf), (0.5, 1.0, inf), (1.0, 0.5, 1.0 / 3.0))
+LAWS = ((1.0, 1.0, inf), (1.0, 0.5, 1.0 / 3.0))
 """Exponent, wall share and wall friction of the laws that the worlds need."""
 DEPTHS = np.geomspace(0.06, 9.0, 7)
 NARROWINGS = np.array([-0.4, -0.15, 0.0, 0.15, 0.35, 0.6, 0.8, 0.95])

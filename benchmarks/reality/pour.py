@@ -60,7 +60,7 @@ def _fluid(paste: Paste, rise_deg: float, law: Law, numerics: Numerics) -> Fluid
         stiffening=paste.stiffening_pa_s,
         freezes_at=paste.freezes_at_s,
         wall_share=paste.wall_share,
-        normal_stress=normal_stress(paste.wall_share) if paste.normal_stresses else 0.0,
+        normal_stress=normal_stress(paste.wall_share),
         yield_strain=numerics.yield_strain,
     )
 

@@ -1,6 +1,9 @@
-"""Worlds: how the second reality differs from the inputs that a lab declares (W0 to W11 of an outside review)."""
+"""Worlds: how the second reality differs from the inputs that a lab declares.
 
-from collections.abc import Callable, Mapping
+A world changes the true inputs of a pour. Their names in the benchmarks are those of an outside review.
+"""
+
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,17 +16,6 @@ World = Callable[[Cavity, Paste, Pour], Inputs]
 
 def as_declared(cavity: Cavity, paste: Paste, pour: Pour) -> Inputs:
     return cavity, paste, pour
-
-
-def without_mound(cavity: Cavity, paste: Paste, pour: Pour) -> Inputs:
-    return cavity, replace(paste, normal_stresses=False), pour
-
-
-def thins(cavity: Cavity, paste: Paste, pour: Pour) -> Inputs:
-    """Shear-thinning, n = 0.5, with the same viscous stress at 3 nozzle speeds over the width."""
-    rate = 3.0 * pour.speed_mm_s / float(np.mean(cavity.width_mm))
-    stress = paste.consistency_pa_sn * rate**paste.exponent
-    return cavity, replace(paste, exponent=0.5, consistency_pa_sn=stress / rate**0.5), pour
 
 
 def slips(cavity: Cavity, paste: Paste, pour: Pour) -> Inputs:
@@ -43,13 +35,6 @@ def flows(factor: float) -> World:
     return lambda cavity, paste, pour: (cavity, paste, replace(pour, flow_mm3_s=factor * pour.flow_mm3_s))
 
 
-def walls_vary(cavity: Cavity, paste: Paste, pour: Pour) -> Inputs:
-    """Both walls tilt by 2 degrees more, then less: one wave over the length."""
-    fine = _fine(cavity)
-    more = 2.0 * _wave(fine, 1.0, 0.0)
-    return replace(fine, left_deg=fine.left_deg + more, right_deg=fine.right_deg + more), paste, pour
-
-
 def uneven(part: float) -> World:
     """Return floor by 8 % and width by 6 %, in waves whose means over the length are 0."""
 
@@ -63,14 +48,6 @@ def uneven(part: float) -> World:
         )
 
     return world
-
-
-def yields_later(cavity: Cavity, paste: Paste, pour: Pour) -> Inputs:
-    return cavity, replace(paste, yield_stress_pa=1.25 * paste.yield_stress_pa), pour
-
-
-def loses(cavity: Cavity, paste: Paste, pour: Pour) -> Inputs:
-    return cavity, paste, replace(pour, kept=0.95 * pour.kept)
 
 
 def wets(part: float) -> World:
@@ -87,24 +64,8 @@ def together(*worlds: World) -> World:
     return world
 
 
-WORLDS: Mapping[str, World] = {
-    "W0 as declared": as_declared,
-    "W0m no mound": without_mound,
-    "W1 shear-thinning, n = 0.5": thins,
-    "W2 walls slip": slips,
-    "W3 stiffens by 0.3 Pa/s": stiffens(1.0),
-    "W4 pump 0.4 s late": late(1.0),
-    "W5 flow 8 % low": flows(0.92),
-    "W6 wall angle +-2 degrees along s": walls_vary,
-    "W7 floor and width uneven": uneven(1.0),
-    "W8 yield stress +25 %": yields_later,
-    "W9 5 % lost": loses,
-    "W10 paste wets": wets(1.0),
-    "W11 a day: half of W3, W4, W7, W10, flow -3 %": together(
-        stiffens(0.5), late(0.5), uneven(0.5), wets(0.5), flows(0.97)
-    ),
-}
-"""By name; a world changes the true inputs of a pour."""
+A_DAY = together(stiffens(0.5), late(0.5), uneven(0.5), wets(0.5), flows(0.97))
+"""Half of several changes at once."""
 
 
 def _fine(cavity: Cavity) -> Cavity:

@@ -96,7 +96,7 @@ class Command:
 
     def device_and_jobs(self, jobs: int | None) -> tuple[str, int]:
         """Print and return the device of a study's runs. Also return the number of processes."""
-        from sealtwin.core.cluster import cores
+        from sealtwin.core.workers import cores
         from simulate.device import choose_device, describe_device
 
         device = choose_device(self.device)

@@ -1,4 +1,4 @@
-"""Output of the commands for many samples: a batch of photos, the ingest of a lab's folder, the runs of a lab."""
+"""Output of the commands for many samples: the ingest of a lab's folder, the runs of a lab."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -10,7 +10,7 @@ from sealtwin.lab.catalogue import RUN, TABLE, SampleRun
 from sealtwin.lab.files import PAIRING, CatalogueFault, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.sample import LabSample
-from sealtwin.study.photos import CSV, SHEET, Batch
+from sealtwin.lab.tracing import SHEET
 from sealtwin.trial.job import display_path
 from validate.readings.grid import listed
 from validate.units import counted
@@ -20,37 +20,18 @@ Named = Iterable[tuple[str, str]]
 """Pairs of a sample's or file's name and a sentence about it."""
 
 
-def batch_answer(batch: Batch) -> Answer:
-    """Return the table of the digitised photos, and the reason for each failed photo."""
-    broad = max((len(row.folder) for row in batch.rows), default=0)
-    lines = [
-        f"{row.folder:<{broad}}  {_or_dash(row.mean_width_mm):>8} {row.length_mm:9.1f} {_or_dash(row.cavity_ml):>9} "
-        f"{_or_dash(row.sealant_ml):>10}  {row.path_source}"
-        for row in batch.done
-    ]
-    if lines:
-        lines.insert(0, f"{'photo':<{broad}}  width mm length mm cavity ml sealant ml  path")
-    sheet, table = batch.out / SHEET, batch.out / CSV
-    lines.append(f"{len(batch.done)} of {len(batch.rows)} photos are digitised. Check {sheet}. Table: {table}")
-    if undeclared := sum(row.data == "undeclared" for row in batch.done):
-        origins = "Declare it with photo.data (measured, reconstructed, synthetic)"
-        lines.append(f"The origin of {counted(undeclared, 'photo')} is not declared. {origins}.")
-    lines += [f"failed: {row.folder}: {row.reason}" for row in batch.failed]
-    return Answer(batch.content(), lines, batch.exit_code)
-
-
 def _or_dash(value: float | None) -> str:
-    """Return a number with two decimals, or a dash for None. A path without walls has no width and no volumes."""
+    """Return a number with two decimals, or a dash for None."""
     return "-" if value is None else f"{value:.2f}"
 
 
 def ingest_answer(ingested: Ingested) -> Answer:
     """Return the table of paired files, how the sheets were read, doubts and faults, and what to do next."""
-    lab, samples, traced = ingested.lab, ingested.samples, ingested.traced or Batch(ingested.lab)
+    lab, samples, traced = ingested.lab, ingested.samples, ingested.traced
     code = 0
     if ingested.faults:
         code = SOME_FAILED if {sample.fate for sample in samples} - {"failed"} else BAD_INPUT
-    if traced.exit_code == BUG or any(sample.fate == "bug" for sample in samples):
+    if "bug" in {row.status for row in traced} | {sample.fate for sample in samples}:
         code = BUG
     lines = [
         *_table(("sample", "photo", "readings", "note", "state"), [*map(_pairing_row, samples)]),
@@ -60,8 +41,8 @@ def ingest_answer(ingested: Ingested) -> Answer:
         *_faults(ingested.faults),
         *_ending(ingested),
         # A sample's run folder is in the folder of its trial.
-        *_together("note", ((Path(row.folder).parent.name, text) for row in traced.done for text in row.warnings)),
-        *([f"All walls: {traced.out / SHEET}"] if traced.done else []),
+        *_together("note", ((Path(row.folder).parent.name, text) for row in traced for text in row.warnings)),
+        *([f"All walls: {lab / SHEET}"] if traced else []),
     ]
     content = {
         "dry_run": ingested.dry_run,
@@ -72,7 +53,7 @@ def ingest_answer(ingested: Ingested) -> Answer:
         "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
     }
-    return _lab_answer(lab, lines, content | ({"traced": traced.content()} if ingested.traced else {}), code)
+    return _lab_answer(lab, lines, content | {"traced": [*map(asdict, traced)]}, code)
 
 
 def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:

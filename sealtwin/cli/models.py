@@ -15,13 +15,6 @@ class FluidRun(Settings):
     """Number of CPU threads of the fluid run. It does not change the result. Default: one per core, up to 8."""
 
 
-class Digitising(Settings):
-    """Options of 'sealtwin digitise'."""
-
-    jobs: int = Field(default=1, ge=1, le=64)
-    """Number of photos digitised at the same time."""
-
-
 class Tracing(Settings):
     """Options of 'sealtwin trace'."""
 
@@ -31,7 +24,7 @@ class Tracing(Settings):
     """Print the address of the page, and do not open a browser."""
 
 
-class DrawnCracks(Settings):
+class DrawnCrack(Settings):
     """Options of 'sealtwin export'."""
 
     formats: tuple[Literal["mask", "dxf"], ...]

@@ -20,7 +20,7 @@ from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 if TYPE_CHECKING:
     from digitise.drawing.given import GivenDrawing
     from digitise.scale.marker_scale import MarkerFrame
-    from sealtwin.cli.models import Digitising, DrawnCracks, Tracing
+    from sealtwin.cli.models import DrawnCrack, Tracing
 
 IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
     "outline": ("", "Correct the drawn lines there."),
@@ -53,71 +53,53 @@ def import_mesh(
     run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, settings))
 
 
-@answers(*PHOTO, options="sealtwin.cli.models:Digitising")
+@answers(*PHOTO)
 def digitise(
     command: Command,
-    targets: Annotated[
-        list[Path],
-        argument(
-            "TRIAL|PHOTO...", "A trial.toml, or a photo with the options below. Several, or a folder, are also allowed."
-        ),
-    ],
+    target: Annotated[Path, argument("TRIAL|PHOTO", "A trial.toml, or a photo with the options below.")],
     settings: Given,
-    options: "Digitising",
     out: Out = None,
 ) -> None:
     """Make a watertight mesh of the crack and a nozzle path from a photo.
 
-    Examples: sealtwin digitise photo.png --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --out crack
+    'sealtwin ingest' digitises a folder of photos.
 
-    sealtwin digitise photos --depth-mm 16 --markers markers.toml --out photos-digitised
+    Example: sealtwin digitise photo.png --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --out crack
     """
     from sealtwin.core.mesh_file import READERS
-
-    if meshes := [target for target in targets if target.suffix.lower() in READERS]:
-        raise typer.BadParameter(f"{meshes[0]} is a mesh; use 'sealtwin import-mesh {meshes[0]}'")
-    from sealtwin.study.photos import are_several, digitise_many, plan
     from sealtwin.trial.trial_file import sample_trial
 
-    if not are_several(targets):
-        photo = targets[0]
-        if photo.suffix.lower() == ".toml":
-            run_trial(command, photo, out, ("digitise",), settings)
-            return
-        require_depth(settings)
-        run_trial(command, photo, out, ("digitise",), trial=sample_trial("photo", photo, settings))
+    suffix = target.suffix.lower()
+    if suffix in READERS:
+        raise typer.BadParameter(f"{target} is a mesh; use 'sealtwin import-mesh {target}'")
+    if target.is_dir():
+        raise typer.BadParameter(f"{target} is a folder; use 'sealtwin ingest {target} --out LAB'")
+    if suffix == ".toml":
+        run_trial(command, target, out, ("digitise",), settings)
         return
-    if of_one := sorted(filter(_is_of_one_photo, settings)):
-        raise typer.BadParameter(
-            f"{', '.join(of_one)} cannot be given for several photos. Give it in a trial file with the photo's name "
-            "and the suffix .toml, in the photo's folder; 'sealtwin trace' writes such a file"
-        )
-    if out is None:
-        raise typer.BadParameter("give --out, the folder for the results of all photos")
-    from sealtwin.cli.folder_answer import batch_answer
-
-    command.reply(*batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=options.jobs)))
+    require_depth(settings)
+    run_trial(command, target, out, ("digitise",), trial=sample_trial("photo", target, settings))
 
 
-@answers(options="sealtwin.cli.models:DrawnCracks")
+@answers(options="sealtwin.cli.models:DrawnCrack")
 def export(
     command: Command,
-    folders: Annotated[list[Path], argument("RUN...", "Digitised run folders.")],
-    options: "DrawnCracks",
+    folder: Annotated[Path, argument("RUN", "Digitised run folder.")],
+    options: "DrawnCrack",
     out: Annotated[Path, option("Folder for the files.", "DIR")],
 ) -> None:
-    """Write traced cracks as masks or as drawings for CAD (DXF).
+    """Write a traced crack as a mask or as a drawing for CAD (DXF).
 
     A DXF has layers for the outline, both walls, the centreline, side cracks, the face and the nozzle's path.
 
     Example: sealtwin export reports/paper-trial --format dxf,mask --out drawn
     """
     from sealtwin.core.run_folder import look_into
-    from sealtwin.trial.exports import KINDS, export_runs
+    from sealtwin.trial.exports import KINDS, export_run
     from sealtwin.trial.job import display_path, other_versions
 
-    names = [*map(display_path, export_runs(folders, [kind for kind in KINDS if kind in options.formats], out))]
-    others = other_versions(*map(look_into, folders), stage="digitise")
+    names = [*map(display_path, export_run(folder, [kind for kind in KINDS if kind in options.formats], out))]
+    others = other_versions(look_into(folder), stage="digitise")
     command.reply({"files": names, "other_versions": others}, [*others, *names])
 
 
@@ -154,17 +136,6 @@ def require_depth(settings: dict[str, Any]) -> None:
         raise typer.BadParameter(
             "give --depth-mm, since a photo does not show the depth of a crack, or give --set photo.path_only=true"
         )
-
-
-def _is_of_one_photo(name: str) -> bool:
-    """Return True for a setting that is valid for one photo only: a position in the photo, or the name of a picture."""
-    from sealtwin.core.settings import names_file
-    from sealtwin.trial.trial_file import Trial
-
-    table, _, key = name.partition(".")
-    return (
-        table == "photo" and (key.endswith("_px") or key == "crack" or names_file(Trial, name)) and key != "mm_per_px"
-    )
 
 
 @answers(options="digitise.scale.marker_scale:MarkerFrame")

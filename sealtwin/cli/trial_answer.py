@@ -36,7 +36,7 @@ def run_trial(
 
     If ``trial`` is given, ``file`` is the photo or the mesh for which that trial was made.
     """
-    from sealtwin.core.cluster import cores
+    from sealtwin.core.workers import cores
     from sealtwin.study import pipeline
     from sealtwin.trial.trial_file import load_trial
 
@@ -60,8 +60,8 @@ def resume(
     ``settings`` by dotted name replace values in RUN/trial.toml, and are written to that file. With ``uncertainty``,
     the extra runs are computed first.
     """
-    from sealtwin.core.cluster import cores
     from sealtwin.core.run_folder import open_folder
+    from sealtwin.core.workers import cores
     from sealtwin.study.pipeline import run_stages
     from sealtwin.study.uncertainty_runs import vary
     from sealtwin.trial.job import resume_job

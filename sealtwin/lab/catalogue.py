@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sealtwin.core import files, record_files
-from sealtwin.core.cluster import Lost
 from sealtwin.core.errors import InputError, SealtwinError
 from sealtwin.core.progress import Progress
+from sealtwin.core.workers import Lost
 from sealtwin.lab.files import TRIAL, CatalogueFault, KeptFile, Placed
+from sealtwin.lab.tracing import write_trace
 from sealtwin.study.estimate import SETUP_S, size_of
-from sealtwin.study.photos import write_trace
 from sealtwin.study.pipeline import run_trial
 from sealtwin.study.runner import StudyOptions, launch
 from sealtwin.study.study_folder import StudyRun

@@ -6,7 +6,7 @@ import shutil
 import traceback
 from collections import defaultdict
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path, PurePath
 
@@ -19,7 +19,7 @@ from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, TABLE, Catalogue, Rec
 from sealtwin.lab.files import PAIRING, TRIAL, CatalogueFault, Placed, find_files, pairing_text, read_decisions
 from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults
 from sealtwin.lab.sample import Fate, LabSample, gather, pair, prepare, read_sheets
-from sealtwin.study.photos import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
+from sealtwin.lab.tracing import PlannedTrace, TracedRow, trace_all
 from sealtwin.study.pipeline import check_run
 from sealtwin.study.study_folder import PROFILE
 from sealtwin.trial.job import start_job
@@ -27,7 +27,7 @@ from sealtwin.trial.trial_file import Trial, folder_name, load_trial, trial_text
 from validate.units import counted
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"  # Temporary folder in which a new trial is written
-OWNED = {PAIRING, TABLE, *OWN}  # Names of the files that an ingest writes at the top of a lab
+OWNED = {PAIRING, TABLE}  # Files at the top of a lab whose catalogue may not have been written
 
 
 @dataclass
@@ -40,7 +40,7 @@ class Ingested:
     lost: list[CatalogueFault]  # Files that cannot be read, but may contain data of the lab
     placed: Placed
     decisions: Placed
-    traced: Batch | None = None  # Results of tracing. None if no photo was traced
+    traced: list[TracedRow] = field(default_factory=list)  # Results of tracing
 
     @property
     def faults(self) -> list[CatalogueFault]:
@@ -236,22 +236,18 @@ def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
     """Trace each trial that has a scale in its run folder, check it as its run would, and add questions about faults.
 
     Samples with questions are traced too, so that all questions are asked together. A fault in one sample does not stop
-    the others. Also writes a page with all traced walls and the doubtful sheets to the top of the lab. Raises
-    InputError if the lab contains a contact sheet of another program.
+    the others. Also writes a page with all traced walls and the doubtful sheets to the top of the lab.
     """
-    lab, traced, planned = ingested.lab, dict[str, LabSample](), list[PlannedPhoto]()
+    lab, traced, planned = ingested.lab, dict[str, LabSample](), list[PlannedTrace]()
     for sample in ingested.samples:
         if sample.record is not None and SCALE not in sample.stand_ins:
             sample.trial_folder, run = lab / sample.record.folder, f"{sample.record.folder}/{RUN}"
             traced[run] = sample
-            planned.append(PlannedPhoto(sample.trial_folder / TRIAL, run, _omitted(sample)))
+            planned.append(PlannedTrace(sample.trial_folder / TRIAL, run, _omitted(sample)))
     sheets = {f"{sample.file('readings')}": sheet for sample in ingested.samples if (sheet := sample.sheet_in_question)}
-    # Notes are not shown, because the result of the command lists the faults with the names of the user's files.
-    steps = Progress()
-    steps.start, steps.advance, steps.close = progress.start, progress.advance, progress.close
-    batch = ingested.traced = digitise_many(planned, lab, steps, jobs, locked=True, sheets=sheets)
-    progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
-    for number, row in enumerate(batch.rows, start=1):
+    ingested.traced = trace_all(planned, lab, progress, jobs, sheets)
+    progress.start(f"Checking {len(ingested.traced)} trials", len(ingested.traced))
+    for number, row in enumerate(ingested.traced, start=1):
         _check(traced[row.folder], row)
         progress.advance(number, row.folder)
 
@@ -266,7 +262,7 @@ def _omitted(sample: LabSample) -> dict[str, None]:
     return dict.fromkeys(omitted | {"crack.fill"} if is_open else omitted)
 
 
-def _check(sample: LabSample, row: BatchRow) -> None:
+def _check(sample: LabSample, row: TracedRow) -> None:
     """Add questions about faults that prevent the run of a traced trial, and about doubtful readings."""
     if row.status != "ok":
         sample.fault(row.reason)

@@ -13,12 +13,12 @@ import numpy as np
 from digitise.settings import CrackShape
 from digitise.weighing.moved_walls import moved_depth, shape_by_weight, walls_apart, widened
 from sealtwin.core import record_files
-from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile, Run, Sample
 from sealtwin.core.run_figures import PARTICLES
+from sealtwin.core.workers import Lost, run_tasks
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import SettingValues, Trial, as_run
 from sealtwin.trial.validate_stage import read_seeds

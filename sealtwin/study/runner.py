@@ -12,12 +12,12 @@ from threading import Event, Lock, Thread
 from typing import Any
 
 from sealtwin.core import files, record_files
-from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.facts import Fact
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.core.run_folder import content_key, stage_key
+from sealtwin.core.workers import Lost, run_tasks
 from sealtwin.study.estimate import RunSize, checked_size, require_memory, slowness, time_left_s, waiting_s
 from sealtwin.study.study_file import raise_faults
 from sealtwin.study.study_folder import (

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core import files, record_files
-from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt, without
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.run_folder import stage_key
+from sealtwin.core.workers import cores
 from sealtwin.study.estimate import REPORT_S
 from sealtwin.study.perturbed_inputs import (
     Base,

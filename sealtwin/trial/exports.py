@@ -4,7 +4,6 @@ A robot program is written only for a path within the limits of the cell.
 """
 
 import time
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -27,33 +26,22 @@ REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
 
 
-def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path) -> list[Path]:
-    """Write files of the given ``kinds`` to ``out``.
+def export_run(folder: Path, kinds: Sequence[ExportKind], out: Path) -> list[Path]:
+    """Write files of the given ``kinds`` to ``out``, with the name of the photo, mesh or drawing.
 
-    Returns the written files. Raises InputError, before it writes any file, if a run is not digitised or cannot be
+    Returns the written files. Raises InputError, before it writes any file, if the run is not digitised or cannot be
     written in a format, or if a file with the same name and different content exists.
     """
     from digitise.exports import dxf_text, mask_png
 
     require_folder(out)
-    for folder in folders:
-        require_digitised(look_into(folder))
-    trials = [load_trial(folder / "trial.toml") for folder in folders]
-    names = [trial.shown_by.file.name for trial in trials]
-    if len({*names}) < len(names):
-        # After an ingest, the photos of all samples have the same name, but the trial has the name of the sample.
-        names = [f"{trial.name}{trial.shown_by.file.suffix}" for trial in trials]
-    if twice := [stem for stem, times in Counter(Path(name).stem for name in names).items() if times > 1]:
-        raise InputError(
-            f"{twice[0]}: several runs have files and trials with this name. Export these runs to separate folders."
-        )
+    require_digitised(look_into(folder))
+    file, outline = load_trial(folder / "trial.toml").shown_by.file, record_files.read_outline(folder)
     contents: dict[Path, bytes] = {}
-    for name, folder in zip(names, folders, strict=True):
-        outline, stem = record_files.read_outline(folder), Path(name).stem
-        if "mask" in kinds:
-            contents[out / f"{stem}_mask.png"] = mask_png(outline, name)
-        if "dxf" in kinds:
-            contents[out / f"{stem}.dxf"] = dxf_text(outline, record_files.read_trajectory(folder)).encode()
+    if "mask" in kinds:
+        contents[out / f"{file.stem}_mask.png"] = mask_png(outline, file.name)
+    if "dxf" in kinds:
+        contents[out / f"{file.stem}.dxf"] = dxf_text(outline, record_files.read_trajectory(folder)).encode()
     files.write_unless_other(contents)
     return list(contents)
 

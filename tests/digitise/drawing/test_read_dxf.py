@@ -80,16 +80,6 @@ def test_separate_segments_in_any_unit_are_joined_to_a_wall(tmp_path, unit, mm):
     assert (outline.ends, outline.length_mm) == (CLOSED, pytest.approx(40.0, rel=1e-4))
 
 
-def test_two_wall_layers_in_either_order_give_the_same_crack(tmp_path):
-    def draw(space):
-        for layer, side in (("A", RING[:2]), ("B", RING[2:])):
-            space.add_lwpolyline(side, dxfattribs={"layer": layer})
-
-    file = _saved(tmp_path, draw)
-    for walls in (("A", "B"), ("b", "a")):
-        assert _volume_mm3(_crack(file, walls=walls)) == pytest.approx(960, rel=1e-6)
-
-
 @pytest.mark.parametrize("closed", [True, False])
 def test_a_drawn_centreline_gives_the_same_crack_as_its_points(tmp_path, closed):
     """The crack ends square to the line at its ends; at the edge of the face it is open."""

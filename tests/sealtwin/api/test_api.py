@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import cv2
 import numpy as np
@@ -312,14 +312,6 @@ def test_fill_fast_gives_the_same_level_as_inject_with_the_fast_model(crack, sol
     assert "The fast model, which is for screening, is" in page.read_text(encoding="utf-8")
     with pytest.warns(RuntimeWarning, match="slope"):
         st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=40.0))
-
-
-def test_a_shear_law_that_the_fast_model_lacks_is_refused(crack, solid, path):
-    class Casson(st.Fluid):
-        shear_law: Literal["bingham", "casson"] = "bingham"  # As a maintainer would add it
-
-    with pytest.raises(st.InputError, match=r"fluid\.shear_law: the fast model"):
-        st.fill_fast(crack, solid, path, Casson(viscosity_pa_s=2.0, yield_stress_pa=6.0, shear_law="casson"))
 
 
 def test_rows_of_numbers_and_rows_with_column_names_give_the_same_readings(crack, solid):

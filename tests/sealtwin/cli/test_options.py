@@ -202,7 +202,7 @@ def test_every_option_and_command_that_a_text_names_exists():
 
 
 @pytest.mark.parametrize(
-    ("name", "texts"), [("--depth-mm", "1_0 nan 1e999 \u0663 1,000 0x1"), ("--jobs", "1_0 2,5 0 65")]
+    ("name", "texts"), [("--depth-mm", "1_0 nan 1e999 \u0663 1,000 0x1"), ("--seed", "1_0 2,5 -1")]
 )
 def test_options_accept_a_decimal_comma_but_no_malformed_number(name, texts):
     """Exit code 3 is that of the missing photo, so that the number was read."""

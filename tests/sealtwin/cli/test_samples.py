@@ -1,7 +1,6 @@
 """Commands of samples: import-mesh, import-dxf, export and markers."""
 
 import json
-import shutil
 from pathlib import Path
 
 import pytest
@@ -58,16 +57,15 @@ def test_a_crack_exported_to_dxf_and_imported_again_is_the_same(run, tmp_path):
         assert (folder / "trial.toml").is_file()
 
 
-def test_the_export_command_refuses_equal_run_names_foreign_folders_and_existing_files(run, tmp_path):
-    twin, mine = shutil.copytree(run, tmp_path / "twin"), tmp_path / "mine"
+def test_the_export_command_refuses_foreign_folders_and_existing_files(run, tmp_path):
+    mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "crack_mask.png").write_text("mine")
-    for runs, out, named in (
-        ((run, twin), "out", "several runs"),
-        ((tmp_path,), "out", "not a run folder"),
-        ((run,), "mine", "crack_mask.png: already exists"),
+    for folder, out, named in (
+        (tmp_path, "out", "not a run folder"),
+        (run, "mine", "crack_mask.png: already exists"),
     ):
-        assert named in refusal("export", *runs, "--format", "mask", "--out", tmp_path / out)
+        assert named in refusal("export", folder, "--format", "mask", "--out", tmp_path / out)
     assert not (tmp_path / "out").exists()
     assert [(file.name, file.read_text()) for file in mine.iterdir()] == [("crack_mask.png", "mine")]
 
@@ -104,7 +102,6 @@ def test_a_marker_frame_or_its_table_overwrites_no_existing_file(tmp_path, names
 @pytest.mark.parametrize(
     ("arguments", "code", "named"),
     [
-        ("--face-mm 300x200", 3, "210 x 297"),
         ("--face-mm 160", 2, "--face-mm 160: expected WxH"),
         ("--face-mm 160x40 --out frame.png", 2, ".pdf"),
         ("--face-mm 160x40 --toml frame.pdf", 2, "same file"),

@@ -66,7 +66,7 @@ def ready(small, tmp_path):
 
 def test_lab_run_continues_past_failed_samples_and_gives_their_reasons(ready, monkeypatch):
     leave_out_figures(monkeypatch)
-    monkeypatch.setattr("sealtwin.core.cluster.cores", lambda: 0)
+    monkeypatch.setattr("sealtwin.core.workers.cores", lambda: 0)
     work = catalogue.run_trial
 
     def broken(trial, *more, **named):

@@ -65,7 +65,7 @@ def test_every_planted_fault_is_reported_without_stopping_other_samples(tmp_path
 
 def test_an_ingest_into_a_folder_with_other_files_is_refused(small, tmp_path):
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "thesis.docx").touch()
+    (tmp_path / "mine" / "index.html").touch()
     with pytest.raises(InputError, match="has files that no ingest wrote"):
         ingest(small, tmp_path / "mine", QUIET)
     for lab in (small, small / "lab", tmp_path):

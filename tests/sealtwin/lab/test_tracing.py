@@ -8,7 +8,9 @@ import pytest
 from sealtwin.core import files
 from sealtwin.core.run_folder import look_into
 from sealtwin.lab import ingest as steps
+from sealtwin.lab import tracing
 from sealtwin.lab.ingest import ingest
+from sealtwin.lab.tracing import PlannedTrace, trace_all
 from sealtwin.trial import digitise_stage
 from tests.support.ingested_lab import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
 from tests.support.photos import mortar, wandering, with_crack, write_png
@@ -55,7 +57,7 @@ def test_questions_about_traced_cracks_are_asked_and_answered_in_pairing_csv(lat
 
 def test_an_answer_given_during_an_ingest_is_not_overwritten(late, monkeypatch):
     folder, lab = late
-    traced = steps.digitise_many
+    traced = steps.trace_all
 
     def answered_meanwhile(*arguments, **more):
         answer(lab, {"P02.png": {"crack": "2"}})
@@ -64,7 +66,7 @@ def test_an_answer_given_during_an_ingest_is_not_overwritten(late, monkeypatch):
     for file in folder.glob("P01*"):
         file.unlink()
     with monkeypatch.context() as patch:
-        patch.setattr(steps, "digitise_many", answered_meanwhile)
+        patch.setattr(steps, "trace_all", answered_meanwhile)
         call_ingest(folder, lab, code=6)
     trial = lab / "P02" / "trial.toml"
     assert next(row["crack"] for row in pairing_rows(lab) if row["file"] == "P02.png") == "2"
@@ -146,3 +148,23 @@ def test_a_photo_is_traced_again_if_its_stored_outline_was_changed(answered, tra
     (lab / "P02" / "run" / "outline.json").write_text("{}")
     call_ingest(folder, lab)
     assert traced["P02"] == 2
+
+
+def test_a_bug_in_one_photo_is_reported_without_stopping_other_photos(lab, monkeypatch):
+    """The page has a picture of the traced photo, a reason for the other one, and loads nothing."""
+    real = tracing.run_stages
+
+    def burst(job, stages):
+        if job.trial.name == "P02":
+            return real(job, stages)
+        raise ZeroDivisionError("on purpose")
+
+    monkeypatch.setattr(tracing, "run_stages", burst)
+    planned = [PlannedTrace(lab / name / "trial.toml", f"{name}/run", {}) for name in ("P01", "P02")]
+    rows = trace_all(planned, lab, QUIET, 1, {})
+    assert [(row.folder, row.status) for row in rows] == [("P01/run", "bug"), ("P02/run", "ok")]
+    assert "ZeroDivisionError: on purpose" in (lab / "P01" / "run" / "fault.txt").read_text()
+    page = (lab / "index.html").read_text()
+    assert page.count("data:image/jpeg;base64,") == 1
+    assert "1 of 2 photos digitised" in page
+    assert "http" not in page.replace("http-equiv", "")

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from sealtwin.cli.studies import swept_lines
-from sealtwin.core.cluster import KILLED, Lost, run_tasks
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
+from sealtwin.core.workers import KILLED, Lost, run_tasks
 from sealtwin.study import runner
 from sealtwin.study.runner import StudyOptions
 from sealtwin.study.study_folder import StudyRun, profile_path, read_plan
@@ -30,7 +30,7 @@ def _lost_at_300(function, tasks, *_):
         yield group, Lost(KILLED) if deadly else function(*arguments)
 
 
-# tests/sealtwin/core/test_cluster.py has the tests of workers that are killed.
+# tests/sealtwin/core/test_workers.py has the tests of workers that are killed.
 def test_a_run_that_kills_three_workers_is_recorded_as_failed(lab, unbroken, tmp_path, monkeypatch):
     out = tmp_path / "out"
     monkeypatch.setattr(runner, "run_tasks", _lost_at_300)

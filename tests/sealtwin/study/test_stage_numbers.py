@@ -1,4 +1,4 @@
-"""Studies and comparisons whose runs have different stage numbers."""
+"""Studies whose runs have different stage numbers."""
 
 import shutil
 from dataclasses import replace
@@ -6,16 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.cli.studies import compared_lines, mapped_lines
+from sealtwin.cli.studies import mapped_lines
 from sealtwin.core.progress import Progress
-from sealtwin.study.pipeline import run_stages
-from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
 from sealtwin.study.sweep import sweep
-from sealtwin.trial.job import NUMBERS, display_path
+from sealtwin.trial.job import NUMBERS
 from tests.support.messages import Narration
-from tests.support.tiny_study import HERE, TRIAL, compute_here, job_in, run_tiny, tiny_lab
+from tests.support.tiny_study import HERE, compute_here, tiny_lab
 
 pytestmark = pytest.mark.usefixtures("without_pictures")
 TWO = '[grid]\n"fluid.U" = [3.0, 300.0]\n'
@@ -65,21 +63,3 @@ def test_a_map_of_levels_by_another_solver_version_gives_one_note(done, monkeypa
     sentence = f"4 finished runs were computed by {raised} {own}, while this version has {raised} 999."
     assert [sentence in other for other in mapped.content["other_versions"]] == [True] * times
     assert "\n".join(mapped_lines(mapped)).count(sentence) == times
-
-
-def test_a_comparison_of_runs_lists_stage_numbers_that_differ(tmp_path, monkeypatch):
-    """The settings are equal, but two solvers computed the levels."""
-    runs = [run_tiny(tmp_path, TRIAL.split("[readings]")[0].replace("substeps = 2", "substeps = 2\nsettle_s = 0.2"))]
-    runs.append(tmp_path / "two")
-    shutil.copytree(runs[0], runs[1])
-    own = dict(NUMBERS)
-    monkeypatch.setitem(NUMBERS, "simulate", 999)
-    with job_in(runs[1]) as job:
-        run_stages(job, ("simulate",))
-    content, sheet = compare_runs(runs, tmp_path / "page")
-    assert content["differing"] == {"stage_number.simulate": [own["simulate"], 999]}
-    (sentence,) = content["other_versions"]
-    assert sentence.startswith(
-        f"{display_path(runs[0])}: computed by simulate {own['simulate']}, while this version has"
-    )
-    assert compared_lines(content, sheet).count(sentence) == 1

@@ -1,7 +1,6 @@
 """Public reports on trials, run folders and paths."""
 
 import csv
-import json
 import os
 import shutil
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from tests.slow.reports.files import NOTE, WIDTH_PX, grey, lab, photo, small_crack, text
+from tests.slow.reports.files import NOTE, grey, lab, photo, small_crack, text
 from tests.slow.reports.table import (
     LAB,
     LENGTH,
@@ -79,11 +78,6 @@ def photo_is_kept(ended: Ended) -> bool:
         return ended.code in (0, 3) and path.stat().st_size > 10_000 and file.read(4) == b"\x89PNG"
 
 
-def both_are_kept(ended: Ended) -> bool:
-    """Each of two photos has its own folder, whether it could be traced or not."""
-    return ended.code in (0, 6) and len({photo["folder"] for photo in json.loads(ended.stdout)["photos"]}) == 2
-
-
 @report("nightlyone/lockfile/issues/25", "digitise trial.toml --json --out run", WIDE)
 def lock_of_another(folder: Path) -> None:
     """The number in a stale lock belongs to another process, so that no run starts."""
@@ -141,19 +135,6 @@ def trial_with_true(folder: Path) -> None:
 
 # An output folder that is the input's is emptied first.
 report("genid/Yleaf/issues/55", f"{PHOTO} --json --out .", photo_is_kept)(photo)
-
-
-@report(
-    "tsduck/tsduck/issues/1740",
-    f"digitise first/photo.png second/photo.png --depth-mm 10 --mm-per-px 0.1 {TO}",
-    both_are_kept,
-    refused("photo", "same name|one name|two|twice|both", codes=(2, 3)),
-)
-def photos_of_one_name(folder: Path) -> None:
-    """Inputs of one name from two folders overwrite each other's results."""
-    for name, width_px in (("first", WIDTH_PX), ("second", 30)):
-        (folder / name).mkdir()
-        photo(folder / name, width_px=width_px)
 
 
 @report("NixOS/nix/issues/119", LAB, held("p01.png", "2 |two|twice|both"))

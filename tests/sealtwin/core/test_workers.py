@@ -13,8 +13,8 @@ from typing import Any
 import psutil
 import pytest
 
-from sealtwin.core.cluster import ClusterExecutor, Lost, _outcome, run_tasks
 from sealtwin.core.errors import InputError, present
+from sealtwin.core.workers import ClusterExecutor, Lost, _outcome, run_tasks
 
 
 def _square(number) -> Any:
@@ -118,7 +118,7 @@ def _slept(seconds):
 
 def test_unread_results_do_not_prevent_the_interpreter_from_exiting():
     """A printed traceback keeps the results alive, and the interpreter once waited for idle workers without end."""
-    script = "from sealtwin.core.cluster import run_tasks\n"
+    script = "from sealtwin.core.workers import run_tasks\n"
     script += "results = run_tasks(pow, [(0, (1, 1)), (1, (1, 1)), (2, (1, 1))], 2)\nnext(results)"
     subprocess.run([sys.executable, "-c", script], timeout=60, check=True)
 
@@ -164,6 +164,6 @@ def test_the_error_for_a_scheduler_without_dask_names_the_extra_to_install(monke
     ],
 )
 def test_an_unencrypted_or_unreachable_scheduler_is_refused(fault, address, monkeypatch):
-    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.2)
+    monkeypatch.setattr("sealtwin.core.workers.CONNECT_S", 0.2)
     with pytest.raises(InputError, match=f"--scheduler {address}: {fault}"):
         next(run_tasks(pow, [(0, (1, 1))], 0, address))
