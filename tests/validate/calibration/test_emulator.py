@@ -37,8 +37,7 @@ def test_predictions_of_the_emulator_are_the_conditional_normal_distribution():
     mean, variance = _processes().predicted(new)
     weights = np.linalg.solve(OBSERVED, _covariance(POINTS, new)).T
     assert np.allclose(mean[:, 0], weights @ SCORE, rtol=1e-9)
-    expected = VARIANCE - (weights * _covariance(new, POINTS)).sum(axis=1)
-    assert np.allclose(variance[:, 0], expected, rtol=1e-7)
+    assert np.allclose(variance[:, 0], VARIANCE - (weights * _covariance(new, POINTS)).sum(axis=1), rtol=1e-7)
 
 
 def test_the_likelihood_agrees_with_the_normal_density_and_its_gradient_with_differences():
