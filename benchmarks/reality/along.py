@@ -213,9 +213,9 @@ def _from(rightward: NDArray[np.bool_], values: Floats) -> Floats:
 
 def _carry(state: State, slot: Slot, flow: Floats, speed: Floats, step: float) -> None:
     """Move paste between cells with its age, rest and stress, from upstream; age it, and rest it unless it shears."""
-    held = np.maximum(state.area, 1e-300)
+    area = np.maximum(state.area, 1e-300)
     moved = np.zeros((3, len(flow)))
-    for row, part in zip(moved, (state.age / held, state.rest / held, state.stretched), strict=True):
+    for row, part in zip(moved, (state.age / area, state.rest / area, state.stretched), strict=True):
         row[1:-1] = flow[1:-1] * _from(flow[1:-1] > 0.0, part)
     age, rest, stretched = step / slot.cell * np.diff(moved)
     stretch = state.stretched * state.area - stretched
