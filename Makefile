@@ -60,7 +60,9 @@ results: $(DEVELOPING)
 reproduce: $(INSTALLED)
 	$(BIN)/python -m reports.reproduction.reproduce
 
-picture: demo
+# README's picture and its sample report.
+picture: $(DEVELOPING) demo
+	$(BIN)/sealtwin validate reports/paper-trial --set output.pictures=true --quiet
 	$(BIN)/python reports/images/draw.py reports/paper-trial
 
 # GALLERY=1 also runs the examples and shows their figures. The demo's report lies beside the pages.

@@ -1,10 +1,10 @@
-"""README's table of figures and the page of figures and misses, from reports/results.json.
+"""The table of figures of README and the paper, and the page of figures and misses, from reports/results.json.
 
     python -m benchmarks.headline
 
-A figure of the table has a key, the name of a benchmark and that of a row. The command writes the table into README.md
-and into docs/figures.md, below which the page lists each target that is missed, and the sections with their runs. A
-test compares both files.
+A figure of the table has a key, the name of a benchmark and that of a row. The command writes the table into README.md,
+docs/paper/paper.md and docs/figures.md, where the page lists each target that is missed, and the sections with their
+runs. A test compares these files.
 """
 
 import json
@@ -19,7 +19,7 @@ from sealtwin.trial.job import NUMBERS
 from tests.support.paths import ROOT
 
 PAGE = ROOT / "docs" / "figures.md"
-README = ROOT / "README.md"
+WITH_TABLE = (ROOT / "README.md", ROOT / "docs" / "paper" / "paper.md")
 BEGIN, END = "<!-- By 'python -m benchmarks.headline', from reports/results.json -->\n", "<!-- end -->\n"
 SEEDS = range(5)
 
@@ -103,7 +103,7 @@ def table(results: Mapping[str, Any]) -> str:
 
 
 def with_table(page: str, results: Mapping[str, Any]) -> str:
-    """Return README's text with the table of these results."""
+    """Return the text of README or the paper with the table of these results."""
     before, _, rest = page.partition(BEGIN)
     return before + BEGIN + table(results) + END + rest.partition(END)[2]
 
@@ -144,9 +144,10 @@ def _of_one_solver(results: Mapping[str, Any]) -> str:
     return f"All were computed by {number_words(NUMBERS)}, the stage numbers of this version."
 
 
-def main(readme: Path = README, figures: Path = PAGE) -> None:
+def main(texts: Sequence[Path] = WITH_TABLE, figures: Path = PAGE) -> None:
     results = json.loads(RESULTS.read_text(encoding="utf-8"))
-    write_text(readme, with_table(readme.read_text(encoding="utf-8"), results))
+    for path in texts:
+        write_text(path, with_table(path.read_text(encoding="utf-8"), results))
     write_text(figures, page(results))
 
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from sealtwin.core.errors import InputError as _InputError
 
 if TYPE_CHECKING:
+    __version__: str
     from sealtwin.api import InputError, NumericalError, Run, SealtwinError, Solid
     from sealtwin.api.levels import (
         LevelComparison,
@@ -127,6 +128,10 @@ _MODULES = ("", ".trials", ".studies", ".runs", ".samples", ".levels")
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used (PEP 562)."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("sealtwin")
     if name not in __all__:
         raise AttributeError(f"module 'sealtwin' has no attribute {name!r}")
     from importlib import import_module

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import sealtwin as package
 from tests.support.processes import sealtwin
 
 ROOT = Path(__file__).parent.parent
@@ -54,5 +55,6 @@ def test_files_and_names_mentioned_in_the_guides_exist():
 def test_all_files_state_the_same_version():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     assert sealtwin("--version").stdout == f"{version}\n"
+    assert package.__version__ == version
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))["version"] == version

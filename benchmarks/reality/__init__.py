@@ -7,7 +7,8 @@ kept as tables (``law``); along the slot volumes are conserved (``along``); the 
 FROZEN. It was checked by closed forms, limits and orders of convergence before any band was judged in it: 33 of 34
 targets, the last of which ``benchmarks/second_reality.py`` of release 1.0.0rc1 has with its reason. Some of them are
 tests (``tests/benchmarks/test_second_reality.py``). It is not to be changed to suit a judgement: a fault that is mended
-here voids all judgements that were made in it.
+here voids all judgements that were made in it. Loops over cells became NumPy's operations later: 28 pours, a pair of
+each world among them, came out the same to 1e-12 mm.
 
 Not in it: inertia and the jet's fall, paste that does not reach the walls, layers of different age in one section,
 flow along the face beside the mouth, a slot that leans or bends, surface tension during the flow.

@@ -7,12 +7,12 @@ Units of this module: the section's width at its free surface, the gradient time
 
 import json
 from functools import lru_cache
-from math import inf, log
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from benchmarks.reality.section import Floats, Section, Solid, flows
@@ -106,13 +106,15 @@ def _name(exponent: float, wall_share: float, wall_friction: float) -> str:
     return f"n {exponent:g}, wall share {wall_share:g}, wall friction {wall_friction:.6g}"
 
 
-@njit(cache=True)
-def scale(depth: float, narrowing: float, exponent: float, walls: float, floor: float) -> float:
+def scale(
+    depth: Floats | float, narrowing: Floats | float, exponent: float, walls: float, floor: float
+) -> Floats | float:
     """Return the flow of a power law if the gradients that plates and sheet need are added; each is exact alone."""
     power = 2.0 + 1.0 / exponent
     plates = depth * exponent / (2.0 * (2.0 * exponent + 1.0)) * 0.5 ** (1.0 / exponent)
-    if abs(narrowing) > 1e-6:
-        plates *= (1.0 - (1.0 - narrowing) ** (power + 1.0)) / ((power + 1.0) * narrowing)
+    narrows = np.abs(narrowing) > 1e-6
+    lost = np.where(narrows, narrowing, 1.0)
+    plates *= np.where(narrows, (1.0 - (1.0 - lost) ** (power + 1.0)) / ((power + 1.0) * lost), 1.0)
     sheet = exponent / (2.0 * exponent + 1.0) * depth**power * (1.0 - 0.5 * narrowing)
     if floor == 0.0:
         return plates
@@ -121,40 +123,37 @@ def scale(depth: float, narrowing: float, exponent: float, walls: float, floor: 
     return (plates**-exponent + sheet**-exponent) ** (-1.0 / exponent)
 
 
-@njit(cache=True)
-def flow_of(law: Law, depth: float, narrowing: float, yield_over_gradient: float) -> tuple[float, float]:
-    """Return the flow of a section, and the power of the gradient with which it grows there.
+def flow_of(
+    law: Law, depth: Floats | float, narrowing: Floats | float, yield_over_gradient: Floats
+) -> tuple[Floats, Floats]:
+    """Return the flow of sections, and the power of the gradient with which it grows there.
 
     ``yield_over_gradient``: yield stress over gradient and width.
     """
     y = yield_over_gradient * yield_gradient(depth, narrowing, law.wall_share, law.floor_share)
-    if y >= 1.0:
-        return 0.0, 0.0
-    i, a = _between(law.log_depth, log(depth))
+    i, a = _between(law.log_depth, np.log(depth))
     j, b = _between(law.narrowing, narrowing)
     k, c = _between(law.yielded, y)
     newtonian, low, high = 0.0, 0.0, 0.0
     for one in range(2):
         for two in range(2):
             weight = (a if one else 1.0 - a) * (b if two else 1.0 - b)
-            newtonian += weight * law.newtonian[i + one, j + two]
-            low += weight * law.yielding[i + one, j + two, k]
-            high += weight * law.yielding[i + one, j + two, k + 1]
+            newtonian = newtonian + weight * law.newtonian[i + one, j + two]
+            low = low + weight * law.yielding[i + one, j + two, k]
+            high = high + weight * law.yielding[i + one, j + two, k + 1]
     yielding = (1.0 - c) * low + c * high
-    if yielding <= 0.0:
-        return 0.0, 0.0
     falling = (low - high) / (law.yielded[1] - law.yielded[0])
     size = scale(depth, narrowing, law.exponent, law.wall_share, law.floor_share)
     flow = size * newtonian ** (1.0 / law.exponent) * yielding**law.power
-    return flow, 1.0 / law.exponent + law.power * y * falling / yielding
+    growth = 1.0 / law.exponent + law.power * y * falling / np.maximum(yielding, 1e-300)
+    moves = (y < 1.0) & (yielding > 0.0)
+    return np.where(moves, flow, 0.0), np.where(moves, growth, 0.0)
 
 
-@njit(cache=True)
-def _between(grid: Floats, value: float) -> tuple[int, float]:
+def _between(grid: Floats, value: Floats | float) -> tuple[NDArray[np.intp], Floats]:
     """Return the interval of an even grid and the place in it; a value outside is taken at the grid's end."""
-    place = (value - grid[0]) / (grid[1] - grid[0])
-    place = min(max(place, 0.0), len(grid) - 1.0)
-    index = min(int(place), len(grid) - 2)
+    place = np.clip((value - grid[0]) / (grid[1] - grid[0]), 0.0, len(grid) - 1.0)
+    index = np.minimum(place.astype(np.intp), len(grid) - 2)
     return index, place - index
 
 

@@ -118,12 +118,12 @@ def _middle(slot: Slot, fluid: Fluid, paste: Paste, state: State, level: Floats,
     """Return the level in the middle: a roof has its ridge half of its height above its mean; a meniscus is lower."""
     middle = level.copy()
     capillary = sqrt(paste.surface_tension_n_m / fluid.weight)
-    for i, one in enumerate(level):
-        top, depth = slot.width[i] + slot.narrowing[i] * min(one, 0.0), one - slot.floor[i]
+    tops, depths = slot.width + slot.narrowing * np.minimum(level, 0.0), level - slot.floor
+    heights = roof_height(yields, fluid.wall_share, fluid.weight, tops, np.maximum(depths, 1e-5))
+    for i, (one, top, depth) in enumerate(zip(level, tops, depths, strict=True)):
         if depth <= 1e-5:
             continue
-        height = roof_height(yields[i], fluid.wall_share, fluid.weight, top, depth)
-        middle[i] += (1.0 - paste.wetting) * 0.5 * height * state.roof[i]
+        middle[i] += (1.0 - paste.wetting) * 0.5 * heights[i] * state.roof[i]
         if paste.wetting > 0.0:
             lean = round(degrees(atan(0.5 * slot.narrowing[i])), 1)
             lower, climb = meniscus_m(round(top, 5), round(capillary, 7), paste.contact_deg, lean)

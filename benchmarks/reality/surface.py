@@ -1,61 +1,53 @@
 """The surface across the slot, and paste beside its mouth. Metres, pascals, newtons."""
 
 from functools import lru_cache
-from math import asin, cos, pi, radians, sin, sqrt
+from math import cos, pi, radians, sin
 
-from numba import njit
+import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root_scalar
+
+from benchmarks.reality.section import Floats
 
 FACE_REACH_M = 0.02
 """A liquid without yield stress would spread on the face for ever: it is stopped this far from the mouth."""
 
 
-@njit(cache=True)
-def roof_height(yield_pa: float, share: float, weight_pa_m: float, width_m: float, depth_m: float) -> float:
+def roof_height(yield_pa: Floats, share: float, weight_pa_m: float, width_m: Floats, depth_m: Floats) -> Floats:
     """Return by how much paste in the middle of the slot may lie above paste at its walls.
 
     A slope that the yield stress holds is tau / (weight x thickness of the layer that would flow): Liu and Mei (1989,
     section 3, both signs). Levelling a bump between walls moves paste down to half a width, or to the floor. Paste at
     the walls bears ``share`` of the yield stress. A layer on the floor cannot be lower at the walls than the floor.
     """
-    if weight_pa_m <= 0.0 or depth_m <= 0.0:
-        return 0.0
-    layer = min(depth_m, 0.5 * width_m)
-    return min(share * yield_pa * 0.5 * width_m / (weight_pa_m * layer), 2.0 * depth_m)
+    layer = np.minimum(depth_m, 0.5 * width_m)
+    return np.minimum(share * yield_pa * 0.5 * width_m / (weight_pa_m * layer), 2.0 * depth_m)
 
 
-@njit(cache=True)
-def roof_after(roof: float, rise_m: float, height_m: float) -> float:
+def roof_after(roof: Floats, rise_m: Floats, height_m: Floats) -> Floats:
     """Return the roof, from -1 (trough) to 1 (crown), after the mean level rose.
 
     Walls hold paste back, so that the middle moves first: a rise of about the roof's height turns a trough to a crown.
     """
-    if height_m <= 1e-9:
-        return 0.0
-    moved = rise_m / height_m
-    return (roof + moved) / (1.0 + abs(moved))
+    moved = rise_m / np.maximum(height_m, 1e-9)
+    return np.where(height_m > 1e-9, (roof + moved) / (1.0 + np.abs(moved)), 0.0)
 
 
-@njit(cache=True)
-def area_beside(level_m: float, roof_m: float, yield_pa: float, weight_pa_m: float) -> float:
+def area_beside(level_m: Floats, roof_m: Floats, yield_pa: Floats, weight_pa_m: float) -> Floats:
     """Return the area of paste on the face, on both sides of the mouth, under paste that is ``level_m`` above it.
 
     Each side is at rest as a sheet on a plane, h^2 = 2 tau x / weight (Liu and Mei 1989), of area 2/3 h L; its highest
     point is the surface at the mouth's edge.
     """
-    edge = level_m - 0.5 * roof_m
-    if edge <= 0.0:
-        return 0.0
-    reach = weight_pa_m * edge * edge / (2.0 * yield_pa) if yield_pa > 0.0 else FACE_REACH_M
-    return 2.0 * edge * min(reach, FACE_REACH_M) * 2.0 / 3.0
+    edge = np.maximum(level_m - 0.5 * roof_m, 0.0)
+    reach = weight_pa_m * edge * edge / np.maximum(2.0 * yield_pa, 1e-300)
+    return 2.0 * edge * np.minimum(reach, FACE_REACH_M) * 2.0 / 3.0
 
 
-@njit(cache=True)
-def share_of_disc(place: float) -> float:
+def share_of_disc(place: Floats) -> Floats:
     """Return the part of a disc of radius 1 about 0 that lies left of ``place``."""
-    x = min(max(place, -1.0), 1.0)
-    return 0.5 + (x * sqrt(1.0 - x * x) + asin(x)) / pi
+    x = np.clip(place, -1.0, 1.0)
+    return 0.5 + (x * np.sqrt(1.0 - x * x) + np.arcsin(x)) / pi
 
 
 @lru_cache(maxsize=4096)

@@ -1,4 +1,4 @@
-"""The README's picture: Figure 1 of the report of a finished run folder.
+"""The README's picture, Figure 1 of the report of a finished run folder, and that report as PDF.
 
 python reports/images/draw.py reports/paper-trial
 """
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from pypdf import PdfWriter
 
 from sealtwin.core import record_files
 from sealtwin.trial.trial_file import load_trial
@@ -34,7 +35,13 @@ def main(folder: Path) -> None:
         comparison=Comparison.model_validate_json((folder / "comparison.json").read_text(encoding="utf-8")),
     ).draw()
     figure.savefig(TARGET, dpi=110, metadata={"Software": None})
-    print(TARGET)
+    report = PdfWriter(clone_from=folder / "report.pdf")
+    for page in report.pages:
+        for image in page.images:
+            # Figures as JPEG, so that the file stays below 600 kB.
+            image.replace(image.image, quality=85)
+    report.write(TARGET.with_suffix(".pdf"))
+    print(TARGET, TARGET.with_suffix(".pdf"))
 
 
 if __name__ == "__main__":

@@ -154,9 +154,9 @@ app.add_typer(material.methods)
 @app.callback(invoke_without_command=True)
 def common(version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False) -> None:
     if version:
-        from importlib.metadata import version as installed
+        from sealtwin import __version__
 
-        print(installed("sealtwin"))
+        print(__version__)
         raise typer.Exit
 
 

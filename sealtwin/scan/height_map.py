@@ -84,9 +84,9 @@ class HeightMap:
         number = np.full(region.shape, -1)
         number[region] = np.arange(region.sum())
         pairs = list[Integers]()
-        for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
-            joined = region[one] & region[other] & (np.abs(height_mm[one] - height_mm[other]) <= step_mm)
-            pairs.append(np.stack([number[one][joined], number[other][joined]]))
+        for lower, upper in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
+            joined = region[lower] & region[upper] & (np.abs(height_mm[lower] - height_mm[upper]) <= step_mm)
+            pairs.append(np.stack([number[lower][joined], number[upper][joined]]))
         row, column = np.hstack(pairs)
         graph = coo_array((np.ones(len(row)), (row, column)), shape=(region.sum(), region.sum()))
         patch = connected_components(graph, directed=False)[1]

@@ -44,7 +44,8 @@ STRAY_SD, STRAY_MM = 4.0, 0.2  # A stray cell is farther from the surface than b
 BELOW_FLOOR, BELOW_FLOOR_MM = 0.2, 1.0  # A scan is refused if this share of it is this far below the floor of the crack
 MAX_LAGS = 8  # Stations farther apart than this share no noise
 BESIDE_MM = 12.0  # Sealant counts up to this distance beside the mouth
-EDGE = 0.4  # Standard uncertainty of the edge of a volume, in cells
+EDGE, SPILL_EDGE_MM = 0.4, 0.4
+"""Standard uncertainty of the edge of a volume, in cells, and above the face, where narrow spills are not seen."""
 RAISED_SD, RAISED_MM = 4.0, 0.1
 """Sealant on the face is higher than this many standard deviations of the face's height, and this many mm."""
 RIM_CELLS = 3.0  # Sealant up to this distance from the mouth touches it, in cells
@@ -324,22 +325,25 @@ class _Surface:
             over |= self.beside & (heights.away_mm(spill) < THIN_MM) & (np.abs(height_mm) < RAISED_MM)
         under = self.mouth & (height_mm <= 0)
         return (
-            self._volume(height_mm, over, noise_mm2, limit_sd_mm),
-            self._volume(-height_mm, under, noise_mm2, limit_sd_mm),
+            self._volume(height_mm, over, noise_mm2, limit_sd_mm, SPILL_EDGE_MM),
+            self._volume(-height_mm, under, noise_mm2, limit_sd_mm, EDGE * heights.cell_mm),
             bool((over & (heights.away_mm(self.mouth) > BESIDE_MM - 1)).any()),
         )
 
     def _beside_mm(self) -> Floats:
         """Return the heights of the face without patches up to ``PATCH_MM``, and without the mouth, (rows, columns)."""
         heights = self.placed.heights
-        face = replace(heights, height_mm=np.where(self.mouth, np.nan, heights.height_mm)).filled()
+        patches = heights.patches(self.beside, max(PATCH_STEP_MM, heights.cell_mm), PATCH_MM2)
+        face = replace(heights, height_mm=np.where(self.mouth | patches, np.nan, heights.height_mm)).filled()
         step = max(round(COARSE_MM / heights.cell_mm), 1)
         window = max(round(PATCH_MM / step / heights.cell_mm), 1)
         coarse_mm = median_filter(face[step // 2 :: step, step // 2 :: step], window)
         row, column = (np.minimum(np.arange(face.shape[k]) // step, coarse_mm.shape[k] - 1) for k in (0, 1))
         return coarse_mm[np.ix_(row, column)]
 
-    def _volume(self, height_mm: Floats, cells: Booleans, noise_mm2: Floats, limit_sd_mm: float) -> tuple[float, float]:
+    def _volume(
+        self, height_mm: Floats, cells: Booleans, noise_mm2: Floats, limit_sd_mm: float, edge_mm: float
+    ) -> tuple[float, float]:
         if not cells.any():
             return 0.0, 0.0
         heights, cell_mm2 = self.placed.heights, self.placed.heights.cell_mm**2
@@ -351,9 +355,8 @@ class _Surface:
         patch_mm2 = STATION_MM * max(float(self.mouth.sum()) * cell_mm2 / max(np.ptp(self.s_mm), STATION_MM), 1.0)
         of_noise = area_mm2 * patch_mm2 * max(float(noise_mm2[0] + 2 * noise_mm2[1:].sum()), 0.0)
         of_noise += (area_mm2 * limit_sd_mm) ** 2
-        edge_mm3 = (
-            EDGE * cell_mm2 * float(np.abs(height_mm[cells & ~np.asarray(binary_erosion(cells), dtype=bool)]).sum())
-        )
+        border = cells & ~np.asarray(binary_erosion(cells), dtype=bool)
+        edge_mm3 = edge_mm * heights.cell_mm * float(np.abs(height_mm[border]).sum())
         volume_mm3 = float(cell_mm2 * height_mm[cells].sum())
         return volume_mm3, COVERAGE * float(np.sqrt(of_plane + of_noise + edge_mm3**2))
 

@@ -1,29 +1,30 @@
-"""The emulator, compared with scikit-learn's Gaussian process, and its predictions of profiles."""
+"""The emulator, compared with the conditional normal distribution, and its predictions of profiles."""
 
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import ConstantKernel, Matern
+from scipy.spatial.distance import cdist
+from scipy.special import gamma, kv
+from scipy.stats import multivariate_normal
 
 from validate.calibration.emulator import FACTOR, Emulator, Processes, Scatter, minus_log_posterior
 
 RANDOM = np.random.default_rng(3)
 POINTS = RANDOM.random((9, 2))
 SCORE = np.sin(3 * POINTS[:, 0]) + POINTS[:, 1] ** 2
-LENGTH, VARIANCE, NUGGET = np.array([0.6, 1.4]), 1.7, 0.03
+LENGTH, VARIANCE, NUGGET, ORDER = np.array([0.6, 1.4]), 1.7, 0.03, 2.5
 RELATIVE = np.exp(2 * POINTS[:, 0])  # Of the variance of each run's scatter
 
 
-def _oracle() -> Any:
-    """scikit-learn's process with the same covariance and scatter."""
-    # Its docstrings, from which types are inferred, name no arrays.
-    shape: Any = Matern
-    process: Any = GaussianProcessRegressor
-    kernel = ConstantKernel(VARIANCE) * shape(length_scale=LENGTH, nu=2.5)
-    return process(kernel, alpha=NUGGET * RELATIVE, optimizer=None).fit(POINTS, SCORE)
+def _covariance(one, other):
+    """Matérn's covariance of any order, by the Bessel function; Rasmussen and Williams (2006, eq. 4.14)."""
+    apart = np.maximum(np.sqrt(2 * ORDER) * cdist(one / LENGTH, other / LENGTH), 1e-9)
+    return VARIANCE * 2 ** (1 - ORDER) / gamma(ORDER) * apart**ORDER * kv(ORDER, apart)
+
+
+OBSERVED = _covariance(POINTS, POINTS) + np.diag(NUGGET * RELATIVE)
 
 
 def _processes():
@@ -31,19 +32,19 @@ def _processes():
     return Processes.given(POINTS, SCORE[:, None], *numbers, RELATIVE)
 
 
-def test_predictions_of_the_emulator_agree_with_scikit_learn():
+def test_predictions_of_the_emulator_are_the_conditional_normal_distribution():
     new = RANDOM.random((5, 2))
     mean, variance = _processes().predicted(new)
-    expected, deviation = _oracle().predict(new, return_std=True)
-    assert np.allclose(mean[:, 0], expected, rtol=1e-9)
-    assert np.allclose(variance[:, 0], deviation**2, rtol=1e-7)
+    weights = np.linalg.solve(OBSERVED, _covariance(POINTS, new)).T
+    assert np.allclose(mean[:, 0], weights @ SCORE, rtol=1e-9)
+    assert np.allclose(variance[:, 0], VARIANCE - (weights * _covariance(new, POINTS)).sum(axis=1), rtol=1e-7)
 
 
-def test_the_likelihood_agrees_with_scikit_learn_and_its_gradient_with_differences():
+def test_the_likelihood_agrees_with_the_normal_density_and_its_gradient_with_differences():
     logs = np.log([*LENGTH, VARIANCE, NUGGET])
     value, gradient = minus_log_posterior(logs, POINTS, SCORE, RELATIVE)
     prior = (np.log(LENGTH) ** 2).sum() / np.log(FACTOR) ** 2 / 2
-    likelihood = float(_oracle().log_marginal_likelihood())
+    likelihood = multivariate_normal(np.zeros(9), OBSERVED).logpdf(SCORE)
     assert value == pytest.approx(prior - likelihood - 9 / 2 * np.log(2 * np.pi), rel=1e-10)
     slope: Any = approx_fprime(logs, lambda x: minus_log_posterior(x, POINTS, SCORE, RELATIVE)[0])
     assert np.allclose(gradient, slope, atol=1e-4)
