@@ -120,6 +120,13 @@ def test_hollows_beside_a_spill_and_sealant_beyond_a_cut_end_do_not_count(read):
     assert read(points_mm).scan.figures.over_face_mm3 == pytest.approx(alone.over_face_mm3, rel=0.06)
 
 
+def test_a_lump_beside_the_mouth_is_no_spill(read):
+    points_mm = bed(spacing_mm=0.3)
+    left_mm = OUTLINE.left_wall_mm[len(OUTLINE.s_mm) // 2]
+    points_mm[np.hypot(*(points_mm[:, :2] - left_mm - [0, 1.4]).T) < 1.4, 2] += 3.0
+    assert read(points_mm).scan.figures.over_face_mm3 < 0.15 * 3.0 * np.pi * 1.4**2
+
+
 def test_the_volume_of_the_sealant_is_that_in_the_cavity_and_above(read):
     figures = read(heap()).scan.figures
     cavity_mm3 = 8.0 * 40 * OUTLINE.mean_width_mm
