@@ -32,7 +32,7 @@ from validate.readings.reading_checks import Filling
 from validate.readings.scan import read_scan
 from validate.settings import Readings
 
-FIRST, SCANS, LEAST_INSIDE = 360, 40, 36  # Cases before the first were tuned on
+FIRST, SCANS, LEAST_INSIDE = 400, 40, 36  # Cases before the first were tuned on
 LEAST_MM3 = 50.0  # Smallest volume above the face whose relative error is judged
 FAULT_OF = 28  # Number of the case with all faults: its sound scan is read
 CAUSES: dict[Fault, str] = {

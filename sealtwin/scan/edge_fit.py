@@ -22,6 +22,7 @@ LEAST_SEEN = 0.3  # Smallest share of a stretch that must be seen
 ROUNDS, REWEIGHTED, SETTLED_MM = 6, 10, 0.01
 LEAST_SD_MM = 0.15  # Smallest standard deviation of a stretch's shift: neighbours share errors
 RIDGE = (LEAST_SD_MM / REACH_MM) ** 2
+RIGID, BESIDE = slice(3), slice(1, 3)  # Unknowns of a motion: along, across and turn; the last two
 START_MM = 4.0, -4.0, 8.0, -8.0  # Shifts along the crack from which the fit begins again
 FINE_MM = 1.5  # Length of the stretches of a single edge that give the position along the crack
 ALONG_MM, ALONG_STEP_MM = 6.0, 0.5  # Shifts along the crack at which these are compared
@@ -91,16 +92,16 @@ class Edges:
                 sides.append(0)
         shares = [float(template[part].mean()) if len(part) else 0.0 for part in parts]
         used = [index for index, share in enumerate(shares) if 0.02 < share < 0.98]
-        chosen = np.concatenate([parts[index] for index in used])
+        chosen = np.concatenate([np.empty(0, dtype=int), *(parts[index] for index in used)])
         return cls(
             search,
             samples_mm[chosen],
             template[chosen],
-            np.repeat(np.arange(len(used)), [len(parts[index]) for index in used]),
-            np.array([ways[index] for index in used]),
-            np.array([middles[index] for index in used]),
-            np.array([sides[index] for index in used]),
-            np.array([index >= count * (1 + single) for index in used]),
+            np.repeat(np.arange(len(used)), [len(parts[index]) for index in used]).astype(int),
+            np.array([ways[index] for index in used]).reshape(-1, 2),
+            np.array([middles[index] for index in used]).reshape(-1, 2),
+            np.array([sides[index] for index in used], dtype=int),
+            np.array([index >= count * (1 + single) for index in used], dtype=bool),
         )
 
     def fit(self, pose: Pose) -> EdgeFit | None:
@@ -132,7 +133,7 @@ class Edges:
             _, fit = self._fit_with(~self.is_end, pose)
         return fit
 
-    def _fit_with(self, used: Booleans, pose: Pose) -> tuple[Booleans, EdgeFit | None]:
+    def _fit_with(self, used: Booleans, pose: Pose, unknowns: slice = RIGID) -> tuple[Booleans, EdgeFit | None]:
         """Return the fit of some stretches, and which stretches agree, (m,)."""
         agrees, covariance = np.zeros(len(used), dtype=bool), np.eye(3)
         for _ in range(ROUNDS):
@@ -140,25 +141,24 @@ class Edges:
             visible &= used
             if visible.sum() < FEWEST:
                 return agrees, None
-            (x_mm, y_mm, turn), covariance, left_mm = self._motion(shift_mm, visible, 3)
-            pose = pose.moved(self._middle_mm, float(np.degrees(turn)), np.array([x_mm, y_mm]))
+            motion, covariance, left_mm = self._motion(shift_mm, visible, unknowns)
+            pose = pose.moved(self._middle_mm, float(np.degrees(motion[2])), motion[:2] @ self.search.target.axes)
             agrees = visible & (np.abs(left_mm) < max(AGREES_MM, self.search.map.cell_mm))
-            if max(abs(x_mm), abs(y_mm)) < SETTLED_MM:
+            if np.abs(motion[:2]).max() < SETTLED_MM:
                 break
-        along_sd_mm, across_sd_mm = (
-            float(np.sqrt(axis @ covariance[:2, :2] @ axis)) for axis in self.search.target.axes
-        )
+        along_sd_mm, across_sd_mm = np.sqrt(np.diag(covariance)[:2]).tolist()
         return agrees, EdgeFit(pose, float(agrees[used].mean()), along_sd_mm, across_sd_mm)
 
     def fit_along(self, fit: EdgeFit) -> EdgeFit:
-        """Return a fit with the position along the crack at which the single edges are most alike.
+        """Return a fit with the position along the crack at which single edges are most alike.
 
         Waves and roughness of the edges, much finer than the crack is wide, give it. Each edge may lie aside, as one
-        below a spill does. Position and uncertainty are those of the posterior distribution.
+        below a spill does. Position and uncertainty are those of the posterior distribution. The position across the
+        crack follows from both edges, as before.
         """
-        along, across = self.search.target.axes
+        along, fine = self.search.target.axes[0], Edges.of(self.search, single=True, stretch_mm=FINE_MM)
         shifts_mm = np.arange(-ALONG_MM, ALONG_MM + ALONG_STEP_MM / 2, ALONG_STEP_MM)
-        unlike = [self._aside(fit.pose.moved(np.zeros(2), 0.0, shift_mm * along))[1] for shift_mm in shifts_mm]
+        unlike = [fine.unlike(fit.pose.moved(np.zeros(2), 0.0, shift_mm * along)) for shift_mm in shifts_mm]
         fine_mm = np.linspace(-ALONG_MM, ALONG_MM, 241)
         off = np.interp(fine_mm, shifts_mm, unlike) / SHARED
         likely = np.exp(off.min() - off)
@@ -166,28 +166,28 @@ class Edges:
         middle_mm = float(likely @ fine_mm)
         along_sd_mm = float(np.hypot(np.sqrt(likely @ (fine_mm - middle_mm) ** 2), LEAST_SD_MM / 3))
         pose = fit.pose.moved(np.zeros(2), 0.0, middle_mm * along)
-        (turn, left_mm, right_mm), _ = self._aside(pose)
-        pose = pose.moved(self._middle_mm, float(np.degrees(turn)), (left_mm + right_mm) / 2 * across)
-        return replace(fit, pose=pose, along_sd_mm=along_sd_mm)
+        _, across = self._fit_with(~self.is_end, pose, BESIDE)
+        return replace(across or replace(fit, pose=pose), along_sd_mm=along_sd_mm)
 
-    def _aside(self, pose: Pose) -> tuple[Floats, float]:
-        """Return the turn and the shifts of the left and the right edge that undo the shifts of stretches at a pose.
+    def unlike(self, pose: Pose) -> float:
+        """Return how unlikely the shifts of single edges at a pose are, as minus the logarithm of their likelihood.
 
-        The second part is how unlikely the shifts are that are left, as minus the logarithm of their likelihood.
+        A turn, and a shift of each edge, are free. A stretch beyond the scan is as unlikely as the others are.
         """
         shift_mm, visible = self._shifts_mm(pose)
         lever = self.middles_mm - self._middle_mm
         turned = self.ways[:, 1] * lever[:, 0] - self.ways[:, 0] * lever[:, 1]
         design = np.column_stack([turned, self.side > 0, self.side < 0]).astype(np.float64)
-        weight, motion, left_mm = visible.astype(np.float64), np.zeros(3, dtype=np.float64), -shift_mm
+        weight, left_mm = visible.astype(np.float64), -shift_mm
         for _ in range(REWEIGHTED):
             weighted = design * weight[:, None]
             information = weighted.T @ design + 1e-6 * np.eye(3)
-            motion = -np.linalg.solve(information, weighted.T @ shift_mm).astype(np.float64)
-            left_mm = -shift_mm - design @ motion
+            left_mm = design @ np.linalg.solve(information, weighted.T @ shift_mm) - shift_mm
             weight = visible / (1 + (left_mm / ROUGH_MM) ** 2)
-        left_mm = np.where(visible, left_mm, UNSEEN_MM)
-        return motion, float(np.log1p((left_mm / ROUGH_MM) ** 2).sum())
+        seen = self.search.seen(pose.back(self.samples_mm), beyond=False)[1]
+        scanned = np.bincount(self.stretch, seen, len(self.ways)) > LEAST_SEEN * np.bincount(self.stretch)
+        off = np.log1p((np.where(visible, left_mm, UNSEEN_MM)[scanned] / ROUGH_MM) ** 2)
+        return float(off.mean() * len(self.ways)) if scanned.any() else 0.0
 
     def apart_mm(self, pose: Pose) -> Floats:
         """Return how far a pose moves the middle of the mouth along and across the chord, (2,), as absolute values."""
@@ -196,38 +196,40 @@ class Edges:
     def size(self, pose: Pose) -> tuple[float, float]:
         """Return the size of the scan's crack divided by the mouth's, and its standard uncertainty."""
         shift_mm, visible = self._shifts_mm(pose)
-        motion, covariance, _ = self._motion(shift_mm, visible, 4)
+        motion, covariance, _ = self._motion(shift_mm, visible, slice(4))
         return 1.0 - float(motion[3]), float(np.sqrt(covariance[3, 3]))
 
     @property
     def _middle_mm(self) -> Floats:
         return self.search.samples_mm.mean(axis=0)
 
-    def _motion(self, shift_mm: Floats, visible: Booleans, unknowns: int) -> tuple[Floats, Floats, Floats]:
-        """Return the shift, the turn and, of four unknowns, the growth that undo shifts of stretches, (m,).
+    def _motion(self, shift_mm: Floats, visible: Booleans, unknowns: slice) -> tuple[Floats, Floats, Floats]:
+        """Return the shifts along and across, the turn and the growth that undo shifts of stretches, (4,).
 
-        Further parts are the covariance and the shifts that are left. The sum of squares has the weights of a Cauchy
-        distribution.
+        All but the ``unknowns`` are 0. Further parts are the covariance, (4, 4), and the shifts that are left, (m,).
+        The sum of squares has the weights of a Cauchy distribution.
         """
         lever = self.middles_mm - self._middle_mm
         turned = np.column_stack([-lever[:, 1], lever[:, 0]])
-        columns = [self.ways, *((self.ways * arm).sum(axis=1)[:, None] for arm in (turned, lever))]
-        design = np.hstack(columns)[:, :unknowns]
-        weight, inverse = visible.astype(np.float64), np.eye(unknowns)
-        motion, left_mm = np.zeros(unknowns), -shift_mm
+        columns = [self.ways @ self.search.target.axes.T, *((self.ways * arm).sum(axis=1) for arm in (turned, lever))]
+        design = np.column_stack(columns)[:, unknowns]
+        weight, inverse = visible.astype(np.float64), np.eye(design.shape[1])
+        motion, left_mm = np.zeros(4), -shift_mm
         for _ in range(REWEIGHTED):
             weighted = design * weight[:, None]
             information = weighted.T @ design
             # Without slopes of the edges, the ridge keeps the position along the crack.
             ridged, inverse = (
-                np.linalg.inv(information + least * np.eye(unknowns)).astype(np.float64) for least in (RIDGE, 1e-6)
+                np.linalg.inv(information + least * np.eye(len(inverse))).astype(np.float64) for least in (RIDGE, 1e-6)
             )
-            motion = -ridged @ (weighted.T @ shift_mm)
-            left_mm = -shift_mm - design @ motion
+            motion[unknowns] = -ridged @ (weighted.T @ shift_mm)
+            left_mm = -shift_mm - design @ motion[unknowns]
             scale_mm = max(MAD * float(np.median(np.abs(left_mm[visible]))), LEAST_SD_MM / 3)
             weight = visible / (1 + (left_mm / (2 * scale_mm)) ** 2)
         variance_mm2 = float((weight * left_mm**2).sum() / weight.sum()) + LEAST_SD_MM**2
-        return motion, variance_mm2 * inverse, left_mm
+        covariance = np.zeros((4, 4))
+        covariance[unknowns, unknowns] = variance_mm2 * inverse
+        return motion, covariance, left_mm
 
     def _shifts_mm(self, pose: Pose) -> tuple[Floats, Booleans]:
         """Return how far the scan's edges lie from the mouth's in each stretch, and whether they are visible, (m,)."""

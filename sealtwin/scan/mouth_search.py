@@ -140,16 +140,17 @@ class MouthSearch:
         seen = gaussian_filter(self.map.known.astype(float), SMOOTH)
         return gaussian_filter(self._picture, SMOOTH) / np.maximum(seen, 1e-6), seen
 
-    def seen(self, places_mm: Floats) -> tuple[Floats, Booleans]:
+    def seen(self, places_mm: Floats, *, beyond: bool = True) -> tuple[Floats, Booleans]:
         """Return the hollows and heaps at places of the scan, (n, 2), and whether these are seen, (n,) each.
 
-        Beyond the scan is a flat face: a position at which the mouth lies beyond it agrees less.
+        Beyond the scan is a flat face: a position at which the mouth lies beyond it agrees less. Without ``beyond``, it
+        is not seen.
         """
         places = ((places_mm - self.map.corner_mm) / self.map.cell_mm - 0.5).T[::-1]
         picture, share = (map_coordinates(layer, places, order=1, mode="constant") for layer in self._smooth)
         rows, columns = self.map.height_mm.shape
-        beyond = ((places < -0.5) | (places > np.array([[rows - 0.5], [columns - 0.5]]))).any(axis=0)
-        return picture, (share > SEEN) | beyond
+        outside = ((places < -0.5) | (places > np.array([[rows - 0.5], [columns - 0.5]]))).any(axis=0)
+        return picture, ((share > SEEN) & ~outside) | (outside & beyond)
 
     @cached_property
     def _candidates(self) -> list[Candidate]:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from sealtwin.core.arrays import Booleans, Floats
 from sealtwin.core.errors import InputError
-from sealtwin.scan.edge_fit import AGREES_MM, FINE_MM, LEAST_AGREEING, LEAST_AGREEMENT, SURE_AGREEMENT, EdgeFit, Edges
+from sealtwin.scan.edge_fit import AGREES_MM, LEAST_AGREEING, LEAST_AGREEMENT, SURE_AGREEMENT, EdgeFit, Edges
 from sealtwin.scan.height_map import MAD, HeightMap
 from sealtwin.scan.mouth_search import MOST_TURN_DEG, NEAR_FACE_MM, MouthSearch, Pose, Target
 from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
@@ -278,7 +278,7 @@ def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) ->
     if fit is not None and fit.agreeing >= LEAST_AGREEING:
         along_mm, across_mm = edges.apart_mm(fit.pose)
         if across_mm <= most_mm and along_mm <= most_mm + 2 * fit.along_sd_mm:
-            return Edges.of(edges.search, single=True, stretch_mm=FINE_MM).fit_along(fit)
+            return edges.fit_along(fit)
     agreement = search.agreement(Pose(0.0, 0.0, 0.0))
     best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
     mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
@@ -345,7 +345,7 @@ def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, f
             f"unit, or its largest plane may be a table: crop the scan to the face. {REMEDY}"
         )
     size = _size_at(edges.search, fit.pose, path)
-    fit = Edges.of(edges.search, single=True, stretch_mm=FINE_MM).fit_along(fit)
+    fit = edges.fit_along(fit)
     rival = max((entry.agreement for entry in search.rivals(best)), default=-1.0)
     if rival > best.agreement - ALIKE or fit.along_sd_mm > MOST_ALONG_MM:
         raise InputError(

@@ -39,7 +39,7 @@ ROUNDS, FEWEST_CELLS = 5, 12
 PATCH_STEP_MM, PATCH_MM2 = 0.3, 12.0
 """Patches of the surface that are smaller than this area do not count if a step of this height, or of a cell's side,
 separates them from the rest."""
-MENTIONED = 0.005  # Share of such patches above which they are stated
+MENTIONED, MUCH_LEFT_OUT = 0.005, 0.1  # Shares of such patches above which they are stated, and are doubtful
 STRAY_SD, STRAY_MM = 4.0, 0.2  # A stray cell is farther from the surface than both limits
 BELOW_FLOOR, BELOW_FLOOR_MM = 0.2, 1.0  # A scan is refused if this share of it is this far below the floor of the crack
 MAX_LAGS = 8  # Stations farther apart than this share no noise
@@ -128,7 +128,10 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
         sealant_95_mm3=float(np.hypot(of_level_mm3, over[1])),
     )
     scan = Scan(figures, *_along(surface, outline), covariance)
-    doubts = (*_doubts(placed, is_cut, settings, path), *check_scan(s_mm, level_mm, filling, Location(path)))
+    doubts = (
+        *_doubts(placed, is_cut, surface.left_out, settings, path),
+        *check_scan(s_mm, level_mm, filling, Location(path)),
+    )
     questions = tuple(doubt for doubt in doubts if doubt.kind not in (settings.as_written or ()))
     return Profile(
         s_mm,
@@ -311,29 +314,35 @@ class _Surface:
         Beside the mouth, sealant is higher than the face's noise, larger than a stray patch, and touches the mouth.
         """
         heights = self.placed.heights
-        height_mm = self._beside_mm()
+        patches = heights.patches(self.beside, max(PATCH_STEP_MM, heights.cell_mm), PATCH_MM2)
+        height_mm = self._beside_mm(patches)
         height_mm[self.mouth] = surface_mm
         spread_mm = MAD * float(np.median(np.abs(height_mm[self.placed.face])))
-        raised = self.beside & (height_mm > max(RAISED_SD * spread_mm, RAISED_MM))
+        least_mm = max(RAISED_SD * spread_mm, RAISED_MM)
+        raised = self.beside & (height_mm > least_mm)
         over_mouth = self.mouth & (height_mm > 0)
-        parts = np.asarray(label(over_mouth | raised))
-        at_rim = raised & (heights.away_mm(self.mouth) < RIM_CELLS * heights.cell_mm)
-        touching = np.unique(parts[over_mouth | at_rim])
-        over = np.isin(parts, touching[touching > 0])
+        at_rim = self.beside & (heights.away_mm(self.mouth) < RIM_CELLS * heights.cell_mm)
+        over = _touching(over_mouth | raised, over_mouth | at_rim)
         # The thin edge of a spill is below the limit.
         if (spill := over & ~self.mouth).any():
             over |= self.beside & (heights.away_mm(spill) < THIN_MM) & (np.abs(height_mm) < RAISED_MM)
         under = self.mouth & (height_mm <= 0)
+        over_mm3, over_95_mm3 = self._volume(height_mm, over, noise_mm2, limit_sd_mm, SPILL_EDGE_MM)
+        # Patches at the rim may be strays or drips.
+        drips = _touching(patches & (heights.height_mm > least_mm), at_rim)
+        drips_mm3 = float(heights.height_mm[drips].sum() * heights.cell_mm**2)
         return (
-            self._volume(height_mm, over, noise_mm2, limit_sd_mm, SPILL_EDGE_MM),
+            (over_mm3, float(np.hypot(over_95_mm3, drips_mm3))),
             self._volume(-height_mm, under, noise_mm2, limit_sd_mm, EDGE * heights.cell_mm),
             bool((over & (heights.away_mm(self.mouth) > BESIDE_MM - 1)).any()),
         )
 
-    def _beside_mm(self) -> Floats:
-        """Return the heights of the face without patches up to ``PATCH_MM``, and without the mouth, (rows, columns)."""
+    def _beside_mm(self, patches: Booleans) -> Floats:
+        """Return the heights of the face without patches, and without the mouth, (rows, columns).
+
+        The median of windows of ``PATCH_MM`` removes further ones.
+        """
         heights = self.placed.heights
-        patches = heights.patches(self.beside, max(PATCH_STEP_MM, heights.cell_mm), PATCH_MM2)
         face = replace(heights, height_mm=np.where(self.mouth | patches, np.nan, heights.height_mm)).filled()
         step = max(round(COARSE_MM / heights.cell_mm), 1)
         window = max(round(PATCH_MM / step / heights.cell_mm), 1)
@@ -372,6 +381,13 @@ class _Surface:
         return np.maximum(smooth.at_mm(below[..., 0], below[..., 1]).max(axis=1), level_mm)
 
 
+def _touching(region: Booleans, touched: Booleans) -> Booleans:
+    """Return the connected parts of a region that have cells in another one, (rows, columns)."""
+    parts = np.asarray(label(region))
+    numbers = np.unique(parts[touched])
+    return np.isin(parts, numbers[numbers > 0])
+
+
 def _covariance(placed: Placed, outline: Outline, s_mm: Floats, level_mm: Floats, noise_mm2: Floats) -> Floats:
     """Return the covariance of the levels' errors, (n, n): of the face's plane, the position, and shared noise."""
     places_mm = np.column_stack([np.interp(s_mm, outline.s_mm, column) for column in outline.centreline_mm.T])
@@ -384,8 +400,8 @@ def _covariance(placed: Placed, outline: Outline, s_mm: Floats, level_mm: Floats
     return design @ placed.plane_covariance @ design.T + np.outer(slope, slope) * placed.along_sd_mm**2 + noise
 
 
-def _doubts(placed: Placed, is_cut: bool, settings: Readings, path: Path) -> list[Doubt]:
-    """Return the warnings about the face and the position of a scan."""
+def _doubts(placed: Placed, is_cut: bool, left_out: float, settings: Readings, path: Path) -> list[Doubt]:
+    """Return the warnings about the face, the sealant and the position of a scan."""
     off_mm, least_mm = placed.off_points_mm or 0.0, max(OFF_POINTS_MM, settings.limit_mm or 0.0)
     agreeing, agreement = placed.agreeing or 0.0, placed.agreement or 0.0
     bare = "Remove tape and loose material, and scan or name points on the bare face."
@@ -429,6 +445,14 @@ def _doubts(placed: Placed, is_cut: bool, settings: Readings, path: Path) -> lis
             "spill",
             f"sealant, or dirt that touches it, reaches {BESIDE_MM:g} mm beside the crack; volumes end there.",
             "Crop other things from the scan.",
+        ),
+        (
+            left_out > MUCH_LEFT_OUT,
+            "patches",
+            f"{left_out:.0%} of the sealant's surface are left out: they step away from the rest in patches smaller "
+            f"than {PATCH_MM2:g} mm². If they are blobs, steps or bubbles of the sealant, the level and the volume "
+            "lack them.",
+            "Look at the scanned heights on the report's first page.",
         ),
     )
     return [

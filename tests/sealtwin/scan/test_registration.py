@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
-from sealtwin.scan.edge_fit import FINE_MM, EdgeFit, Edges
+from sealtwin.scan.edge_fit import EdgeFit, Edges
 from sealtwin.scan.mouth_search import MouthSearch, Pose, Target
 from sealtwin.scan.registration import Placed, place
 from sealtwin.scan.settings import NamedPoint, Placement
@@ -121,6 +121,19 @@ def test_a_crack_that_agrees_at_several_positions_is_refused(scan, ends):
         place(scan, Placement(units="mm"), Target.of(replace(SLOT, ends=ends)), Path("scan.xyz"))
 
 
+@pytest.mark.parametrize("from_mm", [-12.0, 6.0])
+def test_the_border_of_a_scan_is_no_end_of_a_crack(from_mm):
+    whole = slot(120.0) - [40, 0, 0]
+    scan_mm = whole[(whole[:, 0] > from_mm) & (whole[:, 0] < from_mm + 46)]
+    with pytest.raises(InputError, match="several positions"):
+        place(scan_mm, Placement(units="mm"), Target.of(replace(SLOT, ends=CUT)), Path("scan.xyz"))
+
+
+def test_points_too_far_apart_are_refused():
+    with pytest.raises(InputError):
+        place(slot()[::400], Placement(units="mm"), Target.of(SLOT), Path("scan.xyz"))
+
+
 def test_ends_that_disagree_do_not_place_a_scan():
     with pytest.raises(InputError, match="several positions"):
         place(slot(), Placement(units="mm"), Target.of(straight_slot(35.0, 3.0, CLOSED)), Path("scan.xyz"))
@@ -150,7 +163,6 @@ def test_rough_edges_give_the_position_along_a_straight_crack():
     left_mm, right_mm = 2 + 1.5 * gaussian_filter1d(np.random.default_rng(3).standard_normal((2, 201)), 4.0)
     rough = outline_between(*(np.column_stack([x_mm, y_mm]) for y_mm in (0 * x_mm, left_mm, -right_mm)), CUT, None)
     search = MouthSearch.of(bed_of(rough, sloping_mm, 0.25), Target.of(rough), 0.25)
-    edges = Edges.of(search, single=True, stretch_mm=FINE_MM)
-    fit = edges.fit_along(EdgeFit(Pose(0.0, 3.0, 0.1), 1.0, 1.5, 0.05))
+    fit = Edges.of(search).fit_along(EdgeFit(Pose(0.0, 3.0, 0.1), 1.0, 1.5, 0.05))
     assert (fit.pose.x_mm, fit.pose.y_mm) == pytest.approx((0.0, 0.0), abs=0.1)
     assert fit.along_sd_mm < 0.2

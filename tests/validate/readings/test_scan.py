@@ -70,6 +70,12 @@ def test_a_lump_on_the_bed_is_left_out(read):
     assert "of the sealant left out" in profile.dialect
 
 
+def test_many_lumps_are_a_doubt(read):
+    points_mm = bed(spacing_mm=0.25)
+    points_mm[(np.abs(points_mm[:, 1]) < 4) & (points_mm[:, 0] % 6 < 2), 2] += 0.8
+    assert "of the sealant's surface are left out" in " ".join(map(str, read(points_mm).doubts))
+
+
 def test_walls_above_the_sealant_do_not_count(read):
     """Walls of a flare lean inwards from the mouth: its sealant, 3 mm deep, is narrower than the mouth by 2 mm."""
     points_mm = bed(lambda s_mm: np.full_like(s_mm, -3.0))
@@ -124,7 +130,9 @@ def test_a_lump_beside_the_mouth_is_no_spill(read):
     points_mm = bed(spacing_mm=0.3)
     left_mm = OUTLINE.left_wall_mm[len(OUTLINE.s_mm) // 2]
     points_mm[np.hypot(*(points_mm[:, :2] - left_mm - [0, 1.4]).T) < 1.4, 2] += 3.0
-    assert read(points_mm).scan.figures.over_face_mm3 < 0.15 * 3.0 * np.pi * 1.4**2
+    figures = read(points_mm).scan.figures
+    assert figures.over_face_mm3 < 2.0
+    assert figures.over_face_95_mm3 > 0.5 * 3.0 * np.pi * 1.4**2  # It may be a drip
 
 
 def test_the_volume_of_the_sealant_is_that_in_the_cavity_and_above(read):
