@@ -10,6 +10,7 @@ particles two are judged that cost nothing: the flat line of the poured volume, 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -29,7 +30,7 @@ from benchmarks.blind_labs import (
 from benchmarks.blind_trials import STATIONS_MM, measured
 from benchmarks.reality.inputs import Paste
 from benchmarks.reality.worlds import A_DAY, World, as_declared, slips, wets
-from benchmarks.table import Row, run_benchmark
+from benchmarks.table import Row, processes, run_benchmark
 from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
@@ -91,20 +92,24 @@ class _Judged(NamedTuple):
 
 
 def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iterator[Row]:
-    judged: dict[str, list[_Judged]] = {name: [] for name in REALITIES}
-    for number in numbers:
-        trial = measured(number, Path())
-        particles_mm = np.interp(PLACES_MM, STATIONS_MM, real_levels_mm()[number])
-        bases = {name: base_of(trial, number, lab) for name, lab in LABS.items()}
-        spreads = {name: _spread(base, kept[number, name]) for name, base in bases.items()}
-        for name, reality in REALITIES.items():
-            base, world = bases[reality.lab], reality.world
-            band = _predicted(base, spreads[reality.lab], TENSION_N_M if reality.wets else None)
-            real_mm = particles_mm if world is None else second_reality(trial, world).at(PLACES_MM)
-            judged[name].append(_judge(real_mm, band, base))
-        print(f"trial {number}: judged", flush=True)
-    for name, trials in judged.items():
-        yield from _figures(name, trials, REALITIES[name])
+    with processes(2) as pool:
+        judged = list(pool.map(partial(_judge_trial, kept), numbers))
+    for name in REALITIES:
+        yield from _figures(name, [trial[name] for trial in judged], REALITIES[name])
+
+
+def _judge_trial(kept: Mapping[tuple[int, str], Sizes], number: int) -> dict[str, _Judged]:
+    trial, judged = measured(number, Path()), dict[str, _Judged]()
+    particles_mm = np.interp(PLACES_MM, STATIONS_MM, real_levels_mm()[number])
+    bases = {name: base_of(trial, number, lab) for name, lab in LABS.items()}
+    spreads = {name: _spread(base, kept[number, name]) for name, base in bases.items()}
+    for name, reality in REALITIES.items():
+        base, world = bases[reality.lab], reality.world
+        band = _predicted(base, spreads[reality.lab], TENSION_N_M if reality.wets else None)
+        real_mm = particles_mm if world is None else second_reality(trial, world).at(PLACES_MM)
+        judged[name] = _judge(real_mm, band, base)
+    print(f"trial {number}: judged", flush=True)
+    return judged
 
 
 def _spread(base: Base, sizes: Sizes) -> Spread:

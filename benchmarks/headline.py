@@ -1,123 +1,98 @@
-"""The table of figures of README and the paper, and the page of figures and misses, from reports/results.json.
+"""The figures of README and docs, and the page of targets that are missed, from reports/results.json.
 
     python -m benchmarks.headline
 
-A figure of the table has a key, the name of a benchmark and that of a row. The command writes the table into README.md,
-docs/paper/paper.md and docs/figures.md, where the page lists each target that is missed, and the sections with their
-runs. A test compares these files.
+``benchmarks/figures.toml`` has the figures of each page. A section whose code changed since it ran is in no count.
+``results.json`` records which sections these are, so that a test can compare the pages with it at any commit.
 """
 
-import json
+import re
+import tomllib
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from benchmarks.results import RESULTS, counts, seen
-from sealtwin.core.files import write_text
-from sealtwin.core.run_folder import number_words, other_numbers
-from sealtwin.trial.job import NUMBERS
+from benchmarks.results import COMMANDS, RESULTS, Content, code_sha256, counts, read, seen
+from sealtwin.core.files import write_json, write_text
 from tests.support.paths import ROOT
 
 PAGE = ROOT / "docs" / "figures.md"
-WITH_TABLE = (ROOT / "README.md", ROOT / "docs" / "paper" / "paper.md")
-BEGIN, END = "<!-- By 'python -m benchmarks.headline', from reports/results.json -->\n", "<!-- end -->\n"
-SEEDS = range(5)
-
-
-class Figure(NamedTuple):
-    """A row of the table."""
-
-    name: str
-    text: str
-    """Format of the values: by position, or their least and most."""
-    benchmark: str
-    rows: Sequence[str]
-    """Names of the rows whose values the text has."""
-
-
-FIGURES = (
-    Figure(
-        "the paper's trial (reconstructed), fitted: mean error over five seeds; the paper has 1.26 mm",
-        "{least:.2f} to {most:.2f} mm",
-        "paper_trial",
-        [f"flare 5.5, accurate, seed {seed}: mean error" for seed in SEEDS],
-    ),
-    Figure("a parabola through the same readings", "{:.2f} mm", "paper_trial", ["a parabola: mean error"]),
-    Figure(
-        "sealant kept by a run, over that dispensed",
-        "{least:.3f} to {most:.3f}",
-        "paper_trial",
-        [f"flare 5.5, accurate, seed {seed}: volume ratio" for seed in SEEDS],
-    ),
-    Figure(
-        "fronts of six dam breaks that others measured, computed over measured: bias, scatter; bias with half the step",
-        "{:.2f}, {:.0f} %; {:.2f}",
-        "measured_numerics",
-        [
-            "usual step: computed over measured fronts over 10 mm, bias",
-            "usual step: their scatter",
-            "two substeps: computed over measured fronts over 10 mm, bias",
-        ],
-    ),
-    Figure(
-        "band of a prediction before the pour, 20 emulated trials: level at a place; mean level",
-        "± {:.1f}; ± {:.2f} mm",
-        "blind_own_band",
-        ["W0: half of the band, median", "W0: half of a mean level's interval, median"],
-    ),
-    Figure(
-        "its RMS error if another flow model is the truth: particles; the fast model; a flat line of its volume",
-        "{:.1f}; {:.1f}; {:.1f} mm",
-        "blind_own_band",
-        ["W0: level off by, RMS", "W0: fast model off by, RMS", "W0: flat line by volume off by, RMS"],
-    ),
-    Figure(
-        "the same, if particles of another seed and size are the truth",
-        "{:.1f}; {:.1f}; {:.1f} mm",
-        "blind_own_band",
-        [
-            "particles: level off by, RMS",
-            "particles: fast model off by, RMS",
-            "particles: flat line by volume off by, RMS",
-        ],
-    ),
-    Figure(
-        "traced cracks, worst of 32 clean photos with exact truth: mean width; walls, RMS",
-        "{:.1f} %; {:.2f} mm",
-        "tracing",
-        ["clean: mean width, worst of 32", "clean: walls RMS, worst of 32"],
-    ),
+WITH_FIGURES = (
+    ROOT / "README.md",
+    *(ROOT / "docs" / name for name in ("accuracy.md", "validation.md", "paper/paper.md")),
 )
+OLDER = "older code"
+"""Of a section whose code changed since it ran."""
+BLOCK = re.compile(r"(<!-- benchmarks.headline: (\w+) -->\n).*?(?=<!-- end -->)", re.DOTALL)
+Row = Mapping[str, Any]
+FIGURES: Mapping[str, Sequence[Mapping[str, Any]]] = tomllib.loads(
+    Path(__file__).with_name("figures.toml").read_text(encoding="utf-8")
+)
+"""Figures of each comment of a page, in parts of one section each."""
 
 
-def table(results: Mapping[str, Any]) -> str:
-    """Return the table of README. Raises KeyError for a key that the results lack."""
-    lines = ["| figure | value | command |", "|---|---|---|"]
-    for figure in FIGURES:
-        section = results[figure.benchmark]
-        by_name = {row["name"]: row["value"] for row in section["rows"]}
-        values = [by_name[name] for name in figure.rows]
-        text = figure.text.format(*values, least=min(values), most=max(values))
-        lines.append(f"| {figure.name} | {text} | `{section['command']}` |")
+def with_figures(page: str, results: Content) -> str:
+    """Return the text of a page with the figures of these results. Raises KeyError for a row that they lack."""
+    return BLOCK.sub(lambda block: block[1] + _figures(FIGURES[block[2]], results), page)
+
+
+def _figures(parts: Sequence[Mapping[str, Any]], results: Content) -> str:
+    several, columns = len(parts) > 1, parts[0].get("columns")
+    lines = []
+    if columns:
+        columns += " | section" * several
+        lines += [f"| {columns} |", "|---" * (columns.count("|") + 1) + "|"]
+    for part in parts:
+        section = results[part["section"]]
+        by = f" `{part['section']}`{f', {OLDER}' * section['older']} |" * several
+        for text, *patterns in part["rows"]:
+            line = _filled(text, [row for pattern in patterns for row in _matching(section["rows"], pattern)])
+            lines.append(f"| {line} |{by}" if columns else f"- {line}.")
+    if not several:
+        lines += ["", _run(results[parts[0]["section"]])]
     return "\n".join([*lines, ""])
 
 
-def with_table(page: str, results: Mapping[str, Any]) -> str:
-    """Return the text of README or the paper with the table of these results."""
-    before, _, rest = page.partition(BEGIN)
-    return before + BEGIN + table(results) + END + rest.partition(END)[2]
+def _matching(rows: Sequence[Row], pattern: str) -> list[Row]:
+    if matching := [row for row in rows if fnmatchcase(row["name"], pattern)]:
+        return matching
+    raise KeyError(pattern)
 
 
-def page(results: Mapping[str, Any]) -> str:
-    """Return the page of figures and misses."""
-    rows = [row for section in results.values() for row in section["rows"]]
+def _filled(text: str, rows: Sequence[Row]) -> str:
+    """Return a text with the values of rows, and with the targets that they miss."""
+    values, targets = ([row[key] for row in rows] for key in ("value", "target"))
+    missed = ", ".join(dict.fromkeys(row["target"] for row in rows if row["missed"]))
+    filled = text.format(*values, least=min(values), most=max(values), targets=targets)
+    return filled + f" (**missed**: {missed})" * bool(missed)
+
+
+def _run(section: Mapping[str, Any]) -> str:
+    """Return the sentence on the run of a section."""
+    met = OLDER if section["older"] else f"{counts(section['rows'])} targets met"
+    return f"`{section['command']}`, {section['date']}, {_processor(section)}: {met}."
+
+
+def _processor(section: Mapping[str, Any]) -> str:
+    return section["processor"].replace("(R)", "")
+
+
+def totals(results: Content) -> str:
+    """Return the sentence on all sections whose code has not changed since."""
+    current = [section for section in results.values() if not section["older"]]
+    met = counts([row for section in current for row in section["rows"]])
+    return f"{met} targets are met, counting the {len(current)} of {len(results)} sections whose code is unchanged."
+
+
+def page(results: Content) -> str:
+    """Return the page of misses and sections."""
     lines = [
         "# Figures",
         "",
         "`python -m benchmarks.headline` writes this page from `reports/results.json`, which `make results` writes and "
-        f"which has every figure. **{counts(rows)} targets are met.** {_of_one_solver(results)}",
+        f"which has every figure. **{totals(results)}**",
         "",
-        table(results),
         "## Targets that are missed",
         "",
         "| section | figure | target | seen |",
@@ -129,25 +104,18 @@ def page(results: Mapping[str, Any]) -> str:
                 lines.append(f"| {name} | {row['name'].replace('|', chr(92) + '|')} | {row['target']} | {seen(row)} |")
     lines += ["", "## Sections", "", "| section | targets met | date, commit, processor |", "|---|---|---|"]
     for name, section in results.items():
-        run = f"{section['date']}, {section['commit']}, {section['processor'].replace('(R)', '')}"
-        lines.append(f"| {name} | {counts(section['rows'])} | {run} |")
+        met = OLDER if section["older"] else counts(section["rows"])
+        lines.append(f"| {name} | {met} | {section['date']}, {section['commit']}, {_processor(section)} |")
     return "\n".join([*lines, ""])
 
 
-def _of_one_solver(results: Mapping[str, Any]) -> str:
-    """Return the sentence on whether all sections were computed by this version's stage numbers."""
-    by = {name: section["stage_numbers"] for name, section in results.items()}
-    own = {name: {stage: NUMBERS[stage] for stage in numbers} for name, numbers in by.items()}
-    if older := [f"`{name}`" for name, numbers in by.items() if other_numbers(numbers, own[name])]:
-        words = number_words(NUMBERS)
-        return f"This version has the stage numbers {words}; computed by others: {', '.join(older)}."
-    return f"All were computed by {number_words(NUMBERS)}, the stage numbers of this version."
-
-
-def main(texts: Sequence[Path] = WITH_TABLE, figures: Path = PAGE) -> None:
-    results = json.loads(RESULTS.read_text(encoding="utf-8"))
+def main(texts: Sequence[Path] = WITH_FIGURES, figures: Path = PAGE) -> None:
+    results = read(RESULTS)
+    for name, section in results.items():
+        section["older"] = section["code"] != code_sha256(ROOT, COMMANDS[name])
+    write_json(RESULTS, results)
     for path in texts:
-        write_text(path, with_table(path.read_text(encoding="utf-8"), results))
+        write_text(path, with_figures(path.read_text(encoding="utf-8"), results))
     write_text(figures, page(results))
 
 

@@ -7,12 +7,13 @@ The other box's front at outline 8 is predicted with a 90 % band from runs of po
 the shift of the clock and the scatter of a computed front are those of the materials with a flow curve
 (``measured/measured.toml``). The plain way beside it scales the first box's front by the height of the block.
 
-``benchmarks/measured/boxes`` keeps the runs. ``--record`` computes those that are missing, in 40 minutes on both cores.
+``benchmarks/measured_boxes`` keeps the runs. ``--record`` computes those that are missing, in 40 minutes on both cores.
 """
 
 import json
 from collections.abc import Iterator, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -26,11 +27,11 @@ from sealtwin.core.errors import SealtwinError
 from sealtwin.core.files import write_json
 from sealtwin.core.records import Floats
 from simulate.settings import Fluid, Solver
-from tests.support.dam_breaks import DATA, DamBreak, content, dam_breaks, with_curve
+from tests.support.dam_breaks import DamBreak, content, dam_breaks, with_curve
 from tests.support.paths import ROOT
 from validate.calibration.posterior import Free, ReadLevels
 
-BOXES = DATA / "boxes"
+BOXES = Path(__file__).with_suffix("")
 KEPT = KeptRuns(BOXES, "python -m benchmarks.measured_boxes --record", ("simulate", "validate"))
 MATERIALS = [name for name in content()["materials"] if name not in with_curve()]
 

@@ -10,7 +10,8 @@ import subprocess
 import pytest
 from typer.exceptions import TyperException
 
-from benchmarks.headline import PAGE, RESULTS, WITH_TABLE, page, with_table
+from benchmarks.headline import BLOCK, FIGURES, PAGE, RESULTS, WITH_FIGURES, page, totals, with_figures
+from benchmarks.results import counts
 from tests import shown_output
 from tests.support.paths import ROOT
 from tests.support.processes import commands
@@ -72,9 +73,12 @@ def test_make_demo_runs_in_a_copy_without_an_environment(tmp_path):
 def test_figures_of_readme_and_results_page_equal_the_stored_results():
     """Figures that were copied by hand were once out of date."""
     results = json.loads(RESULTS.read_text(encoding="utf-8"))
-    for path in WITH_TABLE:
+    written = list[str]()
+    for path in WITH_FIGURES:
         text = path.read_text(encoding="utf-8")
-        assert with_table(text, results) == text
+        assert with_figures(text, results) == text
+        written += [name for _, name in BLOCK.findall(text)]
+    assert set(written) == FIGURES.keys()
     figures = PAGE.read_text(encoding="utf-8")
     assert page(results) == figures
     assert len(figures.split()) <= 1200
@@ -82,3 +86,16 @@ def test_figures_of_readme_and_results_page_equal_the_stored_results():
     assert all(name in figures for name in missed)
     assert len(README.splitlines()) <= 80
     assert len(README.split()) <= 700
+
+
+def test_a_section_whose_code_changed_is_in_no_count():
+    results = json.loads(RESULTS.read_text(encoding="utf-8"))
+    for name, section in results.items():
+        section["older"] = name != "solids"
+    solids = results["solids"]["rows"]
+    assert (
+        totals(results)
+        == f"{counts(solids)} targets are met, counting the 1 of {len(results)} sections whose code is unchanged."
+    )
+    sections = page(results).partition("## Sections")[2]
+    assert [line.split(" | ")[1] for line in sections.splitlines()[4:]].count("older code") == len(results) - 1
