@@ -11,15 +11,18 @@ each, less what the scatter of these seeds adds. Nothing of the method was chose
 The truths are also read by 40 runs of a Sobol sequence alone, as they are and with smooth errors that a setting makes
 too: the sizes of the errors that a calibration allows for were chosen on the first eight truths with these. The last
 readings are of a second reality at the truths' settings, a continuum without particles (``benchmarks.reality``).
+The pastes of the truths are also poured with a weighed volume of 1.9 ml, once, and again at half or twice the speed.
 
-``calibration.csv`` keeps the runs; without them it takes 25 minutes of one core. --anew removes those of other solvers.
+Bars: so many settings are identified and in their interval, and at least 80 % of those identified are. A method that
+identifies nothing misses the first, one that guesses the second.
+
+``calibration.csv`` keeps the runs; without them it takes 30 minutes of one core. --anew removes those of other solvers.
 """
 
 import math
 import time
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated
@@ -61,6 +64,7 @@ CLOSE_MM, READING_MM = 0.18, 0.09  # 95 % half-width of a reading, and its stand
 LENGTH_MM, WIDTH_MM, DEPTH_MM, WALL_DEG, TRIM_MM = 30.0, 5.0, 14.0, 6.0, 6.0
 STATIONS_MM = np.arange(2.0, 28.5)
 NOMINAL_ML, SETTLE_S = 1.9, 0.6
+SPEED_MM_S, SPEEDS_MM_S = 12.0, (12.0, 6.0, 24.0)  # Of the first pour; half and twice of it
 NOZZLE, ACCURATE = Nozzle(diameter_mm=3.4), Solver(radius_mm=0.8, settle_s=SETTLE_S)
 FREES = (
     Free("fluid.viscosity_pa_s", 0.1, 2.0),
@@ -70,11 +74,17 @@ FREES = (
 )
 READ, AGAIN = 1000, 2000  # First seeds of the runs that are read, and of those that give a truth's own profile
 SEEDS_OF_A_TRUTH = 3
-HELD_OR_TOLD = 80.0
-"""Percent of the settings, pooled over truths, that a 90 % interval holds, or that are named as not identified or have
-no interval since the readings are refused, at least, for each smooth error and for the second reality."""
+PASTE, WEIGHED = FREES[:3], {FREES[3].name: NOMINAL_ML}
 NEEDED = 12.0  # Truths to be calibrated within CLOSE_MM
 MIN_HELD = 80.0  # Percent of the truths in 90 % intervals
+MIN_FOUND, MIN_FOUND_OUTSIDE, MIN_FOUND_BY_TWO = 5, 3, 10
+"""Smallest numbers of settings that are identified and held: of 56 by one pour, of 56 in the second reality, of 42 by
+two weighed pours. A method that identifies nothing has 0. One weighed pour has 7, so a useless second one misses 10."""
+POURS = {  # Speeds of the pours that are calibrated together
+    "one weighed pour": SPEEDS_MM_S[:1],
+    "a second at half the speed": SPEEDS_MM_S[:2],
+    "a second at twice the speed": SPEEDS_MM_S[::2],
+}
 
 
 @cache
@@ -90,14 +100,16 @@ class Library:
         """Read the runs that are kept. Leaves if another solver computed them."""
         KEPT.require()
         rows = [[float(value) for value in row] for row in rows_in(TABLE)]
-        self._levels_mm = {tuple(row[: len(FREES) + 1]): np.array(row[len(FREES) + 1 :]) for row in rows}
+        keys = len(FREES) + 2
+        self._levels_mm = {tuple(row[:keys]): np.array(row[keys:]) for row in rows}
 
-    def levels_mm(self, setting: Setting, seed: int) -> Floats:
-        key = (*(setting[free.name] for free in FREES), float(seed))
+    def levels_mm(self, setting: Setting, seed: int, speed_mm_s: float = SPEED_MM_S) -> Floats:
+        key = (*(setting[free.name] for free in FREES), speed_mm_s, float(seed))
         if key not in self._levels_mm:
-            level_mm = self._levels_mm[key] = np.round(fill(setting, seed), 3)
+            level_mm = self._levels_mm[key] = np.round(fill(setting, seed, speed_mm_s), 3)
             KEPT.begin()
-            header = [*(free.name for free in FREES), "seed", *(f"level_at_{s:g}_mm" for s in STATIONS_MM)]
+            names = [*(free.name for free in FREES), "path.speed_mm_s", "seed"]
+            header = [*names, *(f"level_at_{s:g}_mm" for s in STATIONS_MM)]
             add_rows(TABLE, header, [[f"{value:g}" for value in (*key, *level_mm)]])
         return self._levels_mm[key]
 
@@ -109,16 +121,16 @@ class Library:
         return np.array([self.levels_mm(setting, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)])
 
 
-def fill(setting: Setting, seed: int) -> Floats:
+def fill(setting: Setting, seed: int, speed_mm_s: float) -> Floats:
     outline, solid = slot()
-    sample = Sample(outline, solid, trajectory(setting))
+    sample = Sample(outline, solid, trajectory(setting, speed_mm_s))
     _, profile = fill_crack(pours.Pour(sample, (fluid(setting),), ACCURATE, NOZZLE, seed))
     return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
 
 
-def trajectory(setting: Setting) -> Trajectory:
+def trajectory(setting: Setting, speed_mm_s: float) -> Trajectory:
     outline, solid = slot()
-    path = NozzlePath(volume_ml=setting["path.volume_ml"], speed_mm_s=12.0, trim_mm=TRIM_MM)
+    path = NozzlePath(volume_ml=setting["path.volume_ml"], speed_mm_s=speed_mm_s, trim_mm=TRIM_MM)
     return plan_trajectory(outline, path, solid.cavity_volume_mm3, solid.sections)
 
 
@@ -127,7 +139,7 @@ def fluid(setting: Setting) -> Fluid:
     return Fluid.model_validate(table)
 
 
-def second_reality_mm(setting: Setting) -> Floats:
+def second_reality_mm(setting: Setting, speed_mm_s: float = SPEED_MM_S) -> Floats:
     """Return the level by the continuum of ``benchmarks.reality``, which knows nothing of particles."""
     paste = fluid(setting)
     # Walls that flare: the traced width is that of the floor.
@@ -140,7 +152,7 @@ def second_reality_mm(setting: Setting) -> Floats:
             setting["fluid.viscosity_pa_s"],
             freezes_at_s=setting["fluid.freeze_after_s"],
         ),
-        pour_along(trajectory(setting), NOZZLE.diameter_mm),
+        pour_along(trajectory(setting, speed_mm_s), NOZZLE.diameter_mm),
         numerics=Numerics(settle_s=SETTLE_S),
     )
     return bed.at(STATIONS_MM)
@@ -154,8 +166,8 @@ def reading_errors_mm(number: int) -> Floats:
     return READING_MM * np.random.default_rng(number).standard_normal(len(STATIONS_MM))
 
 
-def readings(library: Library, number: int, truth: Setting) -> ReadLevels:
-    level_mm = library.levels_mm(truth, READ + number) + reading_errors_mm(number)
+def readings(library: Library, number: int, truth: Setting, speed_mm_s: float = SPEED_MM_S) -> ReadLevels:
+    level_mm = library.levels_mm(truth, READ + number, speed_mm_s) + reading_errors_mm(number)
     smooth_mm2 = smooth_errors_mm2(STATIONS_MM, (TRIM_MM, LENGTH_MM - TRIM_MM))
     return ReadLevels(STATIONS_MM, level_mm, READING_MM**2 * np.eye(len(STATIONS_MM)), smooth_mm2)
 
@@ -191,9 +203,9 @@ def apart_mm(a_mm: Floats, b_mm: Floats, noise_mm2: float) -> float:
     return float(np.sqrt(max(0.0, np.mean((a_mm - b_mm) ** 2) - noise_mm2)))
 
 
-def sobol_points() -> Floats:
+def sobol_points(count: int) -> Floats:
     """As many as the budget, of the 64 that keep the sequence's balance; the search begins with the first 16."""
-    return qmc.Sobol(len(FREES), rng=0).random(64)[:BUDGET]
+    return qmc.Sobol(count, rng=0).random(64)[:BUDGET]
 
 
 def main(anew: Annotated[bool, Option(help="remove kept runs of another solver")] = False) -> list[Row]:
@@ -209,54 +221,118 @@ def main(anew: Annotated[bool, Option(help="remove kept runs of another solver")
             marginals = marginals_of(FREES, result.draws, result.best)
             words = ", ".join(f"{truth[each.free.name]:.3g} in {each.low:.3g} to {each.high:.3g}" for each in marginals)
         print(f"truth {number + 1}: {words}; {time.process_time() - began:.0f} s", flush=True)
-    return [*rows(library, results), *library_rows(library)]
+    return [*rows(library, results), *library_rows(library), *weighed_rows(library)]
 
 
-def held(marginals: Sequence[Marginal], truth: Setting) -> list[bool]:
-    """Return whether the 90 % interval of each setting contains the truth."""
-    return [each.low <= truth[each.free.name] <= each.high for each in marginals]
+@dataclass(frozen=True)
+class Calibration:
+    """What a calibration says of a truth."""
+
+    truth: Setting
+    marginals: Sequence[Marginal]
+    possible: bool  # The readings are not refused
+
+    @property
+    def held(self) -> list[bool]:
+        """Return whether the 90 % interval of each setting contains the truth."""
+        return [each.low <= self.truth[each.free.name] <= each.high for each in self.marginals]
+
+    @property
+    def identified(self) -> list[bool]:
+        return [self.possible and each.identified for each in self.marginals]
+
+
+def power_rows(name: str, calibrations: Sequence[Calibration], floor: int) -> list[Row]:
+    """Return figures of calibrations of all truths, once or several times. They are judged if ``floor`` is above 0."""
+    hits = np.array([each.held for each in calibrations])
+    identified = np.array([each.identified for each in calibrations])
+    widths = np.array([[marginal.width_over_prior for marginal in each.marginals] for each in calibrations])
+    sound, count = int((hits & identified).sum()), int(identified.sum())
+    result = [
+        Row(f"{name}: settings identified, of {hits.size}", count, ""),
+        Row(f"{name}: identified and held, of {hits.size}", sound, "", floor),
+        Row(f"{name}: of the identified, held", 100 * sound / max(1, count), "%", MIN_HELD if floor else 0),
+        Row(f"{name}: settings held", 100 * float(hits.mean()), "%"),
+        Row(f"{name}: found possible, of {len(calibrations)}", sum(each.possible for each in calibrations), ""),
+    ]
+    if floor:
+        odds = odds_of_missing(hits & identified, identified, floor)
+        result += [Row(f"{name}: odds that other truths miss one of the bars", odds, "%")]
+    for number, marginal in enumerate(calibrations[0].marginals):
+        setting = f"{name}: {marginal.free.name}"
+        result += [
+            Row(f"{setting} identified, of {len(hits)}", int(identified[:, number].sum()), ""),
+            Row(f"{setting} held, of {len(hits)}", int(hits[:, number].sum()), ""),
+            Row(f"{setting}, width of interval over range", float(widths[:, number].mean()), ""),
+        ]
+    return result
+
+
+def odds_of_missing(sound: np.ndarray, identified: np.ndarray, floor: int) -> float:
+    """Return the percentage of samples of the truths, drawn with replacement, that miss a bar."""
+    drawn = np.random.default_rng(0).integers(TRUTHS, size=(4000, TRUTHS))
+    by_truth = (each.sum(axis=1).reshape(-1, TRUTHS).sum(axis=0) for each in (sound, identified))
+    sounds, counts = (each[drawn].sum(axis=1) for each in by_truth)
+    return 100 * float(np.mean((sounds < floor) | (100 * sounds < MIN_HELD * counts)))
 
 
 def library_rows(library: Library) -> list[Row]:
     """Return what the Sobol runs say of the truths without a search."""
-    points = sobol_points()
+    points = sobol_points(len(FREES))
     levels_mm = np.array(library.run([(settings_at(FREES, point), seed) for seed, point in enumerate(points)]))
-    possible, holds, tells = Counter[str](), dict[str, list](), dict[str, list]()
+    calibrations = dict[str, list[Calibration]]()
     for number, truth in enumerate(truths()):
         true = readings(library, number, truth)
         other_mm = {"second reality": second_reality_mm(truth) + reading_errors_mm(number)}
         for name, level_mm in (smooth_errors(true.level_mm) | other_mm).items():
-            evidence = replace(true, level_mm=level_mm)
-            reach = reach_of(points, levels_mm, evidence)
-            posterior = Posterior(FREES, [Emulator.fitted(points, levels_mm, reach.components)], [evidence])
-            is_possible = reach.possible and posterior.least_implausibility <= 1
-            draws, _ = posterior.draws(500, 600)
-            marginals = marginals_of(FREES, draws, draws[posterior.log_density(draws).argmax()])
-            possible[name] += is_possible
-            holds.setdefault(name, []).append(held(marginals, truth))
-            tells.setdefault(name, []).append([not (each.identified and is_possible) for each in marginals])
-    rows = [
-        Row(f"without search: EMULATED readings found possible, of {TRUTHS}", possible["nothing"], "", TRUTHS - 1),
-        Row("without search: truths that 90 % intervals hold", 100 * float(np.mean(holds["nothing"])), "%", MIN_HELD),
-    ]
-    for name in holds:
-        rows += _rows_of(name, np.array(holds[name]), np.array(tells[name]), possible[name])
-    return rows
-
-
-def _rows_of(name: str, holds: np.ndarray, tells: np.ndarray, possible: int) -> list[Row]:
-    """Return the figures of readings; ``holds`` and ``tells`` are (truths, settings)."""
-    sound = 100 * float((holds | tells).mean())
+            evidence = [replace(true, level_mm=level_mm)]
+            calibrations.setdefault(name, []).append(calibration(truth, FREES, points, [levels_mm], evidence))
+    plain, floors = calibrations["nothing"], {"nothing": MIN_FOUND, "second reality": MIN_FOUND_OUTSIDE}
+    pooled = [each for name in calibrations if name not in floors for each in calibrations[name]]
+    possible, percentage = sum(each.possible for each in plain), 100 * float(np.mean([each.held for each in plain]))
     return [
-        Row(f"{name}: settings held, not identified, or refused", sound, "%", HELD_OR_TOLD),
-        Row(f"{name}: settings held", 100 * float(holds.mean()), "%"),
-        *(
-            Row(f"{name}: {free.name} held, of {TRUTHS}", int(column.sum()), "")
-            for free, column in zip(FREES, holds.T, strict=True)
-        ),
-        Row(f"{name}: settings identified, not refused, of {holds.size}", int((~tells).sum()), ""),
-        Row(f"{name}: of these held", int((holds & ~tells).sum()), ""),
-        Row(f"{name}: found possible, of {TRUTHS}", possible, ""),
+        Row(f"without search: EMULATED readings found possible, of {TRUTHS}", possible, "", TRUTHS - 1),
+        Row("without search: truths that 90 % intervals hold", percentage, "%", MIN_HELD),
+        *(row for name, each in calibrations.items() for row in power_rows(name, each, floors.get(name, 0))),
+        *power_rows("all smooth errors", pooled, len(pooled) // TRUTHS * MIN_FOUND),
+    ]
+
+
+def calibration(
+    truth: Setting, frees: Sequence[Free], points: Floats, levels_mm: Sequence[Floats], evidence: Sequence[ReadLevels]
+) -> Calibration:
+    """Calibrate without a search: ``levels_mm`` and ``evidence`` are of each pour, runs are at ``points``."""
+    reaches = [reach_of(points, *pour) for pour in zip(levels_mm, evidence, strict=True)]
+    emulators = [
+        Emulator.fitted(points, pour_mm, reach.components) for pour_mm, reach in zip(levels_mm, reaches, strict=True)
+    ]
+    posterior = Posterior(frees, emulators, evidence)
+    draws, _ = posterior.draws(500, 600)
+    possible = all(reach.possible for reach in reaches) and posterior.least_implausibility <= 1
+    return Calibration(truth, marginals_of(frees, draws, draws[0]), possible)
+
+
+def weighed_rows(library: Library) -> list[Row]:
+    """Return what one pour and two pours of a weighed volume say of the pastes of the truths, without a search."""
+    points = sobol_points(len(PASTE))
+    settings = [settings_at(PASTE, point) | WEIGHED for point in points]
+    levels_mm = {
+        speed_mm_s: np.array([library.levels_mm(setting, seed, speed_mm_s) for seed, setting in enumerate(settings)])
+        for speed_mm_s in SPEEDS_MM_S
+    }
+    calibrations = dict[str, list[Calibration]]()
+    for number, truth in enumerate(truths()):
+        true = {
+            speed_mm_s: readings(library, number + TRUTHS * (speed_mm_s != SPEED_MM_S), truth | WEIGHED, speed_mm_s)
+            for speed_mm_s in SPEEDS_MM_S
+        }
+        for name, speeds in POURS.items():
+            pours_mm, evidence = [levels_mm[each] for each in speeds], [true[each] for each in speeds]
+            calibrations.setdefault(name, []).append(calibration(truth, PASTE, points, pours_mm, evidence))
+    return [
+        row
+        for name, each in calibrations.items()
+        for row in power_rows(name, each, MIN_FOUND_BY_TWO * (len(POURS[name]) > 1))
     ]
 
 
@@ -267,12 +343,13 @@ def rows(library: Library, results: Sequence[tuple[Setting, SearchResult]]) -> l
         require_different(levels_mm, [f"with seed {AGAIN + seed}" for seed in range(SEEDS_OF_A_TRUTH)], f"{TABLE}")
     noise_mm2 = float(seeds_mm.var(axis=1, ddof=1).mean())
     first = 1 / SEEDS_OF_A_TRUTH + 1 / CONFIRM
-    errors_mm, holds = list[float](), list[bool]()
+    errors_mm, calibrations = list[float](), list[Calibration]()
     for (truth, result), true_mm in zip(results, seeds_mm.mean(axis=1), strict=True):
         best_mm = np.full(len(STATIONS_MM), np.inf)
         if result.draws is not None:
             best_mm = result.confirmed_mm(0).mean(axis=0)
-            holds += held(marginals_of(FREES, result.draws, result.best), truth)
+        draws = result.posterior.draws(500, 600)[0] if result.draws is None else result.draws
+        calibrations.append(Calibration(truth, marginals_of(FREES, draws, draws[0]), result.possible))
         errors_mm.append(apart_mm(best_mm, true_mm, first * noise_mm2))
     succeeded = sum(error_mm <= CLOSE_MM for error_mm in errors_mm)
     return [
@@ -280,7 +357,10 @@ def rows(library: Library, results: Sequence[tuple[Setting, SearchResult]]) -> l
         Row(f"calibrated within {CLOSE_MM:g} mm RMS in {BUDGET} runs", succeeded, "", NEEDED),
         Row("median RMS of the calibrated profile", float(np.median(errors_mm)), "mm"),
         Row("largest RMS of the calibrated profile", max(errors_mm), "mm"),
-        Row("truths that 90 % intervals hold", 100 * float(np.mean(holds)), "%", MIN_HELD),
+        Row(
+            "truths that 90 % intervals hold", 100 * float(np.mean([each.held for each in calibrations])), "%", MIN_HELD
+        ),
+        *power_rows("by a search", calibrations, MIN_FOUND),
         Row("scatter of a run between seeds", float(np.sqrt(noise_mm2)), "mm"),
     ]
 

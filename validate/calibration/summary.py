@@ -117,7 +117,9 @@ class Calibrated:
     def finding(self) -> str:
         if self.draws is None:
             return " ".join(self._impossible)
-        sentences = [
+        identified = sum(marginal.identified for marginal in self.marginals)
+        sentences = [f"Identified settings: {identified} of {len(self.marginals)}."]
+        sentences += [
             f"{_capital(marginal.free.label)}: 90 % interval {marginal.low:.3g} to {marginal.high:.3g}, "
             f"{'' if marginal.identified else 'not '}identified, {percent(marginal.width_over_prior, 0)} of the prior "
             "width."
@@ -150,7 +152,7 @@ class Calibrated:
         """Sentences that name the settings which are not identified, and state what to do about them."""
         sentences = [
             f"{_capital(marginal.free.label)} is not identified ({marginal.low:.3g} to {marginal.high:.3g}): measure "
-            "it and remove it from --free, or calibrate on a second trial as well."
+            "it and remove it from --free, or calibrate on a further trial at half or twice the speed as well."
             for marginal in self.marginals
             if not marginal.identified
         ]

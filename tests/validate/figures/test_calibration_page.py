@@ -43,7 +43,7 @@ def test_the_page_lists_identified_settings_and_marks_emulated_readings(tmp_path
     names = write_page(tmp_path / "page.html", calibration_page(_calibrated()))
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "EMULATED" in page
-    assert "Yield stress (Pa): " in page
+    assert "Identified settings: 1 of 2. Yield stress (Pa): " in page
     assert "Viscosity (Pa s) is not identified" in page
     assert "&lt;i&gt;other&lt;/i&gt;" in page
     assert "<i>other" not in page
