@@ -16,7 +16,7 @@ The pastes of the truths are also poured with a weighed volume of 1.9 ml, once, 
 Bars: so many settings are identified and in their interval, and at least 80 % of those identified are. A method that
 identifies nothing misses the first, one that guesses the second.
 
-``calibration.csv`` keeps the runs; without them it takes 30 minutes of one core. --anew removes those of other solvers.
+``calibration.csv`` keeps the runs; without them it takes 20 minutes of one core. --anew removes those of other solvers.
 """
 
 import math
