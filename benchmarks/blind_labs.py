@@ -34,6 +34,7 @@ from validate.uncertainty.computed import SizeRuns
 FOLDER = Path(__file__).parent / "blind"
 REAL, SIZES = FOLDER / "real.csv", FOLDER / "sizes.csv"
 KEPT = KeptRuns(FOLDER, "python -m benchmarks.blind_labs")
+LEVELS = [f"level_at_{s:g}_mm" for s in STATIONS_MM]
 FACTORS = (1 / RATIO, 1.0, RATIO)
 MASS_SD_G = 0.014  # Of two weighings by a scale of 0.01 g
 PUMP_DELAY_S = 0.3  # A lab that looks for the pump's start by eye
@@ -92,15 +93,15 @@ def true_inputs(real: Sample, one: Measured) -> tuple[Cavity, Paste, Pour]:
     return cavity, paste, pour_along(real.trajectory, one.base.trial.nozzle.diameter_mm)
 
 
-def real_levels_mm(table: Path = REAL) -> dict[int, Floats]:
-    """Return the kept levels of reality by particles, by trial."""
-    return {int(number): np.array(level, dtype=float) for number, *level in rows_in(table)}
+def real_levels_mm() -> dict[int, Floats]:
+    """Return the kept levels of reality by particles at STATIONS_MM, by trial."""
+    return {int(number): np.array(level, dtype=float) for number, *level in rows_in(REAL)}
 
 
-def kept_sizes(table: Path = SIZES) -> dict[tuple[int, str], Sizes]:
+def kept_sizes() -> dict[tuple[int, str], Sizes]:
     """Return the kept runs by trial and lab."""
     runs = dict[tuple[int, str], dict[float, list[list[float]]]]()
-    for number, lab, radius_mm, _, *level in rows_in(table):
+    for number, lab, radius_mm, _, *level in rows_in(SIZES):
         by_radius = runs.setdefault((int(number), lab), {})
         by_radius.setdefault(float(radius_mm), []).append([*map(float, level)])
     sizes = dict[tuple[int, str], Sizes]()
@@ -117,33 +118,27 @@ def main() -> None:
     for number in notebook():
         one = measured(number, Path())
         if number not in real:
-            add_real(REAL, number, real_level_mm(number, one))
+            _add(REAL, ["trial"], [[number]], [real_level_mm(number, one)])
         for name, lab in LABS.items():
             if (number, name) not in done:
-                add_sizes(SIZES, number, name, base_of(one, number, lab), one)
+                _record(number, name, base_of(one, number, lab), one)
 
 
-def add_real(table: Path, number: int, level_mm: Floats, s_mm: Floats = STATIONS_MM) -> None:
-    """Add the level of reality by particles to a table."""
-    _add(table, ["trial"], [[number]], [level_mm], s_mm)
-
-
-def add_sizes(table: Path, number: int, name: str, base: Base, one: Measured, s_mm: Floats = STATIONS_MM) -> None:
-    """Compute the runs of a lab's prediction, and add their levels to a table."""
+def _record(number: int, name: str, base: Base, one: Measured) -> None:
     trial, runs, levels = base.trial, [], []
     for factor in FACTORS:
         solver = trial.solver.model_copy(update={"radius_mm": factor * trial.solver.size_mm})
         for seed in range(REPLICATES):
             runs.append([number, name, f"{solver.size_mm:.6g}", seed])
-            levels.append(level_mm(base.sample, trial.given_fluid, solver, one, s_mm, seed=seed))
-    _add(table, ["trial", "lab", "radius_mm", "seed"], runs, levels, s_mm)
+            levels.append(level_mm(base.sample, trial.given_fluid, solver, one, seed=seed))
+    _add(SIZES, ["trial", "lab", "radius_mm", "seed"], runs, levels)
     print(f"trial {number}, {name}: kept", flush=True)
 
 
-def _add(path: Path, header: list[str], runs: list[list[Any]], levels_mm: list[Floats], s_mm: Floats) -> None:
+def _add(path: Path, header: list[str], runs: list[list[Any]], levels_mm: list[Floats]) -> None:
     """Add runs with their levels to a table."""
-    pairs, levels = zip(runs, levels_mm, strict=True), [f"level_at_{s:g}_mm" for s in s_mm]
-    add_rows(path, [*header, *levels], ([*run, *(f"{value:.3f}" for value in level)] for run, level in pairs))
+    pairs = zip(runs, levels_mm, strict=True)
+    add_rows(path, [*header, *LEVELS], ([*run, *(f"{value:.3f}" for value in level)] for run, level in pairs))
 
 
 if __name__ == "__main__":

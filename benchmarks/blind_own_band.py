@@ -104,7 +104,7 @@ def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iter
             judged[name].append(judge(real_mm, band, base))
         print(f"trial {number}: judged", flush=True)
     for name, trials in judged.items():
-        yield from figures(name, trials, REALITIES[name])
+        yield from _figures(name, trials, REALITIES[name])
 
 
 def spread_of(base: Base, sizes: Sizes, s_mm: Floats = STATIONS_MM) -> Spread:
@@ -124,7 +124,6 @@ def predicted(base: Base, spread: Spread, surface_tension_n_m: float | None = No
 
 
 def judge(real_mm: Floats, band: PredictedLevel, base: Base, places_mm: Floats = PLACES_MM) -> Judged:
-    """Judge a prediction by the level of reality at ``places_mm``."""
     predicted_mm, half_mm, profile_mm = (
         np.interp(places_mm, band.s_mm, values) for values in (band.level_mm, band.band_95_mm, band.profile_band_95_mm)
     )
@@ -142,7 +141,7 @@ def judge(real_mm: Floats, band: PredictedLevel, base: Base, places_mm: Floats =
     )
 
 
-def figures(name: str, trials: Sequence[Judged], reality: Reality) -> Iterator[Row]:
+def _figures(name: str, trials: Sequence[Judged], reality: Reality) -> Iterator[Row]:
     count, bars = len(trials), (LEAST / 20 * len(trials), MIN_PLACES) if reality.judged else (0.0, 0.0)
     off_mm, half_mm = (np.array([getattr(one, key) for one in trials]) for key in ("off_mm", "half_mm"))
     places = 100 * float(np.mean([one.places for one in trials]))
@@ -154,7 +153,7 @@ def figures(name: str, trials: Sequence[Judged], reality: Reality) -> Iterator[R
     yield Row(f"{name}: mean level off by, mean of the trials", float(off_mm.mean()), "mm")
     if count > 1:
         wide = float(np.median(half_mm) / (1.96 * off_mm.std(ddof=1)))
-        most = WIDEST if reality.judged and reality.world is None else np.inf
+        most = WIDEST if reality.world is None else np.inf
         yield Row(f"{name}: half of a mean level's interval over 1.96 sd of the errors", wide, "", 0, most)
     yield Row(f"{name}: half of a mean level's interval, median", float(np.median(half_mm)), "mm")
     yield Row(f"{name}: half of the band, median", float(np.median([one.band_mm for one in trials])), "mm")

@@ -40,6 +40,7 @@ COMMANDS = {
     "slot": "-m benchmarks.slot",
     "plan_outside": "-m benchmarks.plan_outside",
     "blind_own_band": "-m benchmarks.blind_own_band",
+    "blind_roads": "-m benchmarks.blind_roads",
     "measured": "-m benchmarks.measured",
     "measured_boxes": "-m benchmarks.measured_boxes",
     "scans": "-m benchmarks.scans",
