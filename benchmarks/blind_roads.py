@@ -24,7 +24,6 @@ from benchmarks.blind_trials import Measured, level_mm, notebook, real_level_mm
 from benchmarks.kept_runs import KeptRuns, add_rows, rows_in
 from benchmarks.reality.inputs import Cavity, Numerics, Paste
 from benchmarks.reality.pour import poured
-from benchmarks.reality.worlds import as_declared
 from benchmarks.samples import pour_along
 from benchmarks.table import Row, rms, run_benchmark
 from digitise.geometry.polyline import left_normals
@@ -61,7 +60,6 @@ WIDTHS_MM, DEPTHS_MM, MIN_RATIO = (3.0, 15.0), (5.0, 40.0), 2.0
 ANGLES_DEG, FILLS = (0.5, 2.0), (0.5, 0.85)  # No walls of this draw meet; paste over the cavity
 ROW, GAUGED_EVERY = 20, 2  # Points of T_MM between rows of the true depth, and rows between readings of the gauge
 WIDTH_SD_MM, DEPTH_SD_MM = 0.1, 0.5
-FLOWS = ("constant", "cross_section")  # Of even and odd trials
 
 
 def measured(number: int, seed: int = SEED) -> Measured:
@@ -87,7 +85,7 @@ def measured(number: int, seed: int = SEED) -> Measured:
     changes = {
         "name": f"roads {seed} {number}",
         "crack": {"depth_mm": readings_mm, "tilt": "funnel", "fill": liquid.model_dump(exclude_none=True)},
-        "path": noted["path"] | {"volume_ml": volume_ml, "flow": FLOWS[number % 2]},
+        "path": noted["path"] | {"volume_ml": volume_ml, "flow": ("constant", "cross_section")[number % 2]},
         "solver": noted["solver"] | {"radius_mm": float(f"{radius_mm:.3g}")},
         "uncertainty": doubts | {"differences": "slot", "volume_ml": doubts["volume_ml"] * volume_ml / noted_ml},
     }
@@ -133,7 +131,7 @@ def _second_reality_mm(one: Measured) -> Floats:
     cavity = Cavity(outline.s_mm, outline.width_mm, walls.depth_at_mm(outline.s_mm), angle_deg, angle_deg)
     paste = Paste(fluid["density_kg_m3"], fluid["yield_stress_pa"], fluid["viscosity_pa_s"])
     path = pour_along(one.real.trajectory, one.base.trial.nozzle.diameter_mm)
-    return poured(cavity, paste, path, as_declared, Numerics(settle_s=one.base.trial.solver.settle_s)).at(PLACES_MM)
+    return poured(cavity, paste, path, numerics=Numerics(settle_s=one.base.trial.solver.settle_s)).at(PLACES_MM)
 
 
 def kept_runs() -> dict[tuple[int, str, int], Floats]:
@@ -183,7 +181,6 @@ def _of_runs(trials: Mapping[int, Measured], kept: Mapping[tuple[int, str, int],
         particles_mm = np.interp(PLACES_MM, STATIONS_MM, kept[number, REALITY, 0])
         for name, real_mm in zip(judged, (particles_mm, _second_reality_mm(one)), strict=True):
             judged[name].append(judge(real_mm, band, one.base, PLACES_MM))
-            print(f"trial {number}, {name}: {judged[name][-1]}", flush=True)
     for name, each in judged.items():
         for by, off_mm in zip(LEVELS, np.transpose([one.rms_mm for one in each]), strict=True):
             yield Row(f"{name}: {by} off by, RMS", rms(off_mm), "mm")
