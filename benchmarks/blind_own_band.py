@@ -82,7 +82,7 @@ def main(
     return [Row("EMULATED trials judged", len(chosen), "", len(drawn), because=left), *_rows(chosen, kept)]
 
 
-class _Judged(NamedTuple):
+class Judged(NamedTuple):
     off_mm: float  # Mean level, real less predicted
     half_mm: float  # Half of its 95 % interval
     places: float  # Share of the places in their bands
@@ -98,43 +98,45 @@ def _rows(numbers: Sequence[int], kept: Mapping[tuple[int, str], Sizes]) -> Iter
         yield from _figures(name, [trial[name] for trial in judged], REALITIES[name])
 
 
-def _judge_trial(kept: Mapping[tuple[int, str], Sizes], number: int) -> dict[str, _Judged]:
-    trial, judged = measured(number, Path()), dict[str, _Judged]()
+def _judge_trial(kept: Mapping[tuple[int, str], Sizes], number: int) -> dict[str, Judged]:
+    trial, judged = measured(number, Path()), dict[str, Judged]()
     particles_mm = np.interp(PLACES_MM, STATIONS_MM, real_levels_mm()[number])
     bases = {name: base_of(trial, number, lab) for name, lab in LABS.items()}
-    spreads = {name: _spread(base, kept[number, name]) for name, base in bases.items()}
+    spreads = {name: spread_of(base, kept[number, name]) for name, base in bases.items()}
     for name, reality in REALITIES.items():
         base, world = bases[reality.lab], reality.world
-        band = _predicted(base, spreads[reality.lab], TENSION_N_M if reality.wets else None)
+        band = predicted(base, spreads[reality.lab], TENSION_N_M if reality.wets else None)
         real_mm = particles_mm if world is None else second_reality(trial, world).at(PLACES_MM)
-        judged[name] = _judge(real_mm, band, base)
+        judged[name] = judge(real_mm, band, base)
     print(f"trial {number}: judged", flush=True)
     return judged
 
 
-def _spread(base: Base, sizes: Sizes) -> Spread:
+def spread_of(base: Base, sizes: Sizes, s_mm: Floats = STATIONS_MM) -> Spread:
+    """Return the runs at ``s_mm`` that a prediction's band follows from."""
     unfit, fast = base.run.unfit, base.profile
-    fast_mm = None if unfit else np.interp(STATIONS_MM, fast.s_mm, fast.level_mm)
-    return Spread(STATIONS_MM, sizes, (), None, None, draw(base, 0, Progress(), DRAWS), fast_mm, unfit)
+    fast_mm = None if unfit else np.interp(s_mm, fast.s_mm, fast.level_mm)
+    return Spread(s_mm, sizes, (), None, None, draw(base, 0, Progress(), DRAWS), fast_mm, unfit)
 
 
-def _predicted(base: Base, spread: Spread, surface_tension_n_m: float | None) -> PredictedLevel:
+def predicted(base: Base, spread: Spread, surface_tension_n_m: float | None = None) -> PredictedLevel:
+    """Return the level of a trial's first run, with its band."""
     sizes = present(spread.sizes, "the runs of three sizes")
-    simulated = Profile(STATIONS_MM, sizes[1].levels_mm[0], data="synthetic", source="simulation")
+    simulated = Profile(spread.s_mm, sizes[1].levels_mm[0], data="synthetic", source="simulation")
     declared = base.trial.uncertainty.model_copy(update={"surface_tension_n_m": surface_tension_n_m})
     mouth = Mouth.of(base.sample.outline, base.sample.solid, base.trial.given_fluid.density_kg_m3)
     return predict(simulated, spread, declared, ends=BedEnds.of(base.sample.trajectory, base.run), mouth=mouth)
 
 
-def _judge(real_mm: Floats, band: PredictedLevel, base: Base) -> _Judged:
+def judge(real_mm: Floats, band: PredictedLevel, base: Base, places_mm: Floats = PLACES_MM) -> Judged:
     predicted_mm, half_mm, profile_mm = (
-        np.interp(PLACES_MM, band.s_mm, values) for values in (band.level_mm, band.band_95_mm, band.profile_band_95_mm)
+        np.interp(places_mm, band.s_mm, values) for values in (band.level_mm, band.band_95_mm, band.profile_band_95_mm)
     )
     flat = balance_profile(base.run.dispensed_volume_mm3, base.sample.outline, base.sample.solid)
-    flat_mm, fast_mm = (np.interp(PLACES_MM, level.s_mm, level.level_mm) for level in (flat, base.profile))
+    flat_mm, fast_mm = (np.interp(places_mm, level.s_mm, level.level_mm) for level in (flat, base.profile))
     off_mm = real_mm - predicted_mm
     low_mm, high_mm = band.mean_level_95_mm
-    return _Judged(
+    return Judged(
         float(off_mm.mean()),
         (high_mm - low_mm) / 2,
         float(np.mean(np.abs(off_mm) <= half_mm)),
@@ -144,7 +146,7 @@ def _judge(real_mm: Floats, band: PredictedLevel, base: Base) -> _Judged:
     )
 
 
-def _figures(name: str, trials: Sequence[_Judged], reality: Reality) -> Iterator[Row]:
+def _figures(name: str, trials: Sequence[Judged], reality: Reality) -> Iterator[Row]:
     count, bars = len(trials), (LEAST / 20 * len(trials), MIN_PLACES) if reality.judged else (0.0, 0.0)
     off_mm, half_mm = (np.array([getattr(one, key) for one in trials]) for key in ("off_mm", "half_mm"))
     places = 100 * float(np.mean([one.places for one in trials]))

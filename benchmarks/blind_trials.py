@@ -77,17 +77,19 @@ def measured(number: int, folder: Path) -> Measured:
     return Measured(truth, base, Sample(outline, build_solid(outline, walls), trajectory))
 
 
-def real_level_mm(number: int, trial: Measured) -> Floats:
-    """Return the level at STATIONS_MM of the true inputs by particles of another seed and size."""
-    random = np.random.default_rng([SEED, number, 2])
+def real_level_mm(number: int, trial: Measured, s_mm: Floats = STATIONS_MM, draw: int = SEED) -> Floats:
+    """Return the level at ``s_mm`` of the true inputs by particles of another seed and size."""
+    random = np.random.default_rng([draw, number, 2])
     other = 1 + float(random.uniform(*OTHER) * random.choice([-1, 1]))
     solver = trial.base.trial.solver
     solver = solver.model_copy(update={"radius_mm": round(other * solver.size_mm, 3)})
     fluid = trial.base.trial.given_fluid.model_copy(update=trial.real_fluid)
-    return level_mm(trial.real, fluid, solver, trial, seed=int(random.integers(1, 2**31)))
+    return level_mm(trial.real, fluid, solver, trial, s_mm, seed=int(random.integers(1, 2**31)))
 
 
-def level_mm(sample: Sample, fluid: Fluid, solver: Solver, trial: Measured, *, seed: int) -> Floats:
-    """Return the level at STATIONS_MM by particles."""
+def level_mm(
+    sample: Sample, fluid: Fluid, solver: Solver, trial: Measured, s_mm: Floats = STATIONS_MM, *, seed: int
+) -> Floats:
+    """Return the level at ``s_mm`` by particles."""
     _, profile = fill(Pour(sample, (fluid,), solver, trial.base.trial.nozzle, seed))
-    return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
+    return np.interp(s_mm, profile.s_mm, profile.level_mm)

@@ -42,6 +42,7 @@ COMMANDS = {
     "slot": "-m benchmarks.slot_cases && -m benchmarks.slot",
     "plan_outside": "-m benchmarks.plan_outside",
     "blind_own_band": "-m benchmarks.blind_labs && -m benchmarks.blind_own_band",
+    "blind_roads": "-m benchmarks.blind_roads",
     "measured_boxes": "-m benchmarks.measured_boxes --record",
     "measured": "-m benchmarks.measured",
     "scans": "-m benchmarks.scans",

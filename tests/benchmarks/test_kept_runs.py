@@ -4,12 +4,12 @@ import importlib
 
 import pytest
 
-from benchmarks import blind_labs, calibration, slot_cases
+from benchmarks import blind_labs, blind_roads, calibration, slot_cases
 from benchmarks.kept_runs import PARTS
 from sealtwin.core.files import read_json
 
-KEPT = (blind_labs.KEPT, calibration.KEPT, slot_cases.KEPT)
-JUDGES = ("calibration", "slot", "blind_own_band")
+KEPT = (blind_labs.KEPT, blind_roads.KEPT, calibration.KEPT, slot_cases.KEPT)
+JUDGES = ("calibration", "slot", "blind_own_band", "blind_roads")
 
 
 @pytest.mark.parametrize("name", JUDGES)
