@@ -63,10 +63,10 @@ def test_a_stretch_that_is_not_seen_is_a_hole(read):
 
 def test_a_lump_on_the_bed_is_left_out(read):
     points_mm = bed(spacing_mm=0.25)
-    points_mm[np.hypot(*(points_mm[:, :2] - OUTLINE.centreline_mm[len(OUTLINE.s_mm) // 2]).T) < 1.3, 2] += 1.5
+    points_mm[np.hypot(*(points_mm[:, :2] - OUTLINE.centreline_mm[len(OUTLINE.s_mm) // 30]).T) < 1.7, 2] += 1.5
     profile = read(points_mm)
     assert np.abs(profile.level_mm - sloping_mm(profile.s_mm)).max() < 0.15
-    assert profile.scan.figures.left_out == pytest.approx(2.6 / 40, abs=0.01)
+    assert profile.scan.figures.left_out == pytest.approx(3.0 / 40, abs=0.03)
     assert "of the sealant left out" in profile.dialect
 
 
