@@ -122,10 +122,15 @@ def measure(command: str) -> dict[str, Any]:
 
 
 def commit() -> str:
-    """Return the commit of the work tree, with a "+" if files that figures follow from differ from it."""
-    head = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, check=True)
-    changed = subprocess.run(["git", "diff", "--quiet", "HEAD", "--", *CODE], cwd=ROOT, check=False).returncode
-    return head.stdout.decode().strip() + "+" * bool(changed)
+    """Return the last commit that changed a module or a version, with a "+" if the work tree has others.
+
+    Results and kept runs can be committed while the benchmarks run.
+    """
+    modules = (*INSTALLED, "*.py", "pyproject.toml", "constraints.txt")
+    last = ["git", "log", "-1", "--format=%h", "--abbrev=8", "--", *modules]
+    head = subprocess.run(last, cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout.decode().strip()
+    changed = subprocess.run(["git", "diff", "--quiet", "HEAD", "--", *modules], cwd=ROOT, check=False).returncode
+    return head + "+" * bool(changed)
 
 
 def table(results: Content, code: Mapping[str, str]) -> str:
