@@ -4,8 +4,8 @@
 
 A benchmark is run again if a module that it imports, at any depth, or its data changed since, or if it failed; a run
 that is stopped, or killed, goes on by the same command. Particle runs that are missing, or of other stage numbers, are
-computed first. All of it takes about four hours on two cores. At the end a line for each section says how many of its
-targets are met, and whether its code has changed since. Exits with 1 unless all targets are met.
+computed first. All of it takes two and a half hours on two cores. At the end a line for each section says how many of
+its targets are met, and whether its code has changed since. Exits with 1 unless all targets are met.
 """
 
 import ast
