@@ -180,8 +180,8 @@ COMMANDS = commands()
 ALL_OPTIONS = {"--help", "--version"} | {
     name for command in COMMANDS.values() for parameter in command.params for name in parameter.opts if name[0] == "-"
 }
-OTHERS = {"--nworkers", "--nthreads", "--constraint", "--editable"}
-"""Options of Dask and of pip."""
+OTHERS = {"--nworkers", "--nthreads", "--constraint", "--editable", "--anew"}
+"""Options of Dask, of pip and of a benchmark."""
 
 
 def test_every_option_and_command_that_a_text_names_exists():
