@@ -18,13 +18,8 @@ from sealtwin.core.files import write_json, write_text
 from tests.support.paths import ROOT
 
 PAGE = ROOT / "docs" / "figures.md"
-WITH_FIGURES = (
-    ROOT / "README.md",
-    *(
-        ROOT / "docs" / name
-        for name in ("accuracy.md", "validation.md", "paper/paper.md", "how-to/calibrate-then-hold-out.md")
-    ),
-)
+PAGES = ("accuracy.md", "validation.md", "paper/paper.md", "how-to/calibrate-then-hold-out.md")
+WITH_FIGURES = (ROOT / "README.md", *(ROOT / "docs" / name for name in PAGES))
 OLDER = "older code"
 """Of a section whose code changed since it ran."""
 BLOCK = re.compile(r"(<!-- benchmarks.headline: (\w+) -->\n).*?(?=<!-- end -->)", re.DOTALL)
@@ -73,12 +68,13 @@ def _filled(text: str, rows: Sequence[Row]) -> str:
 
 def _run(section: Mapping[str, Any]) -> str:
     """Return the sentence on the run of a section."""
-    met = OLDER if section["older"] else _met(section)
-    return f"`{section['command']}`, {section['date']}, {_processor(section)}: {met}."
+    return f"`{section['command']}`, {section['date']}, {_processor(section)}: {_met(section)}."
 
 
 def _met(section: Mapping[str, Any]) -> str:
-    """Return how many targets of a section are met; some have none."""
+    """Return how many targets of a section are met. Some sections have no target."""
+    if section["older"]:
+        return OLDER
     if not any(row["judged"] for row in section["rows"]):
         return "no target"
     return f"{counts(section['rows'])} targets met"
@@ -114,7 +110,7 @@ def page(results: Content) -> str:
                 lines.append(f"| {name} | {row['name'].replace('|', chr(92) + '|')} | {row['target']} | {seen(row)} |")
     lines += ["", "## Sections", "", "| section | targets met | date, commit, processor |", "|---|---|---|"]
     for name, section in results.items():
-        met = OLDER if section["older"] else _met(section).removesuffix(" targets met")
+        met = _met(section).removesuffix(" targets met")
         lines.append(f"| {name} | {met} | {section['date']}, {section['commit']}, {_processor(section)} |")
     return "\n".join([*lines, ""])
 
