@@ -1,10 +1,11 @@
 """Twenty trials as their labs know them, and as they are: EMULATED.
 
 ``blind_trials.json`` is the labs' notebook, with the truth beside it. Cracks of 40 mm, their pastes and their pumps
-were drawn by SEED; the band of a prediction was changed once after that. What a lab measures of them was emulated once,
-each with errors as large as the product takes them to be: the cavity by a photo, a gauge and weighed fills, the yield
-stress by a spread, the viscosity by the film of that spread or by a rheometer, the flow by weighing (release 1.0.0).
-The notebook stays as it is, so that the trials judge predictions alone, and not how a paste is measured.
+were drawn by SEED; the band of a prediction was changed once after they were first judged. What a lab measures of them
+was emulated once, each with errors as large as the product takes them to be: the cavity by a photo, a gauge and weighed
+fills, the yield stress by a spread, the viscosity by the film of that spread or by a rheometer, the flow by weighing
+(release 1.0.0). The notebook stays as it is, so that the trials judge predictions alone, and not how a paste is
+measured.
 """
 
 import json

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from benchmarks.results import code_sha256
+from benchmarks.results import KEEPING, code_sha256, remove_older_runs
 
 
 @pytest.fixture
@@ -43,3 +43,27 @@ def test_the_code_hash_of_a_benchmark_changes_only_with_its_imports_and_inputs(c
     before = code_sha256(root, "-m benchmarks.solids")
     (root / name).write_text("2")
     assert (code_sha256(root, "-m benchmarks.solids") != before) == follows
+
+
+@pytest.mark.parametrize(
+    ("name", "kept", "changed"),
+    [
+        ("slot", "slot/levels.csv", "simulate/run.py"),
+        ("blind_own_band", "blind/real.csv", "benchmarks/blind_trials.json"),
+        ("calibration", "calibration.csv", "benchmarks/calibration.py"),
+    ],
+)
+def test_kept_runs_are_removed_if_other_code_began_them(checkout, name, kept, changed):
+    numbers = f"benchmarks/{KEEPING[name]}.json"
+    root = checkout(changed, numbers, f"benchmarks/{kept}")
+    runs = root / "benchmarks" / kept
+    remove_older_runs(root, name)
+    assert not runs.exists()
+    runs.parent.mkdir(exist_ok=True)
+    runs.write_text("runs of today's code, stopped half way")
+    (root / numbers).write_text("2")
+    remove_older_runs(root, name)
+    assert runs.exists()
+    (root / changed).write_text("2")
+    remove_older_runs(root, name)
+    assert not runs.exists()
