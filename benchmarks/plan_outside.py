@@ -114,7 +114,7 @@ def _poured(sample: Sample, path: Trajectory, flow_factor: float, stress_factor:
     outline, ones = sample.outline, np.ones(len(sample.outline.s_mm))
     cavity = Cavity(outline.s_mm, outline.width_mm, DEPTH_MM * ones, 0 * ones, 0 * ones)
     paste = Paste(DENSITY_KG_M3, stress_factor * YIELD_PA, VISCOSITY_PA_S)
-    pour = pour_along(path, OWN.nozzle.diameter_mm, flow_factor)
+    pour = pour_along(path, OWN.nozzle.size_mm, flow_factor)
     bed = poured(cavity, paste, pour, None, Numerics(settle_s=SETTLE_S))
     own = misfit(sample, Profile(bed.s_mm, bed.middle_mm))
     return Spilt(own.under_mm3, bed.above_face_mm3, own)

@@ -74,6 +74,12 @@ def setting_name(setting: str) -> str:
     return labels.get(setting) or name_and_unit(setting.rpartition(".")[2])[0]
 
 
+def assumed_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return settings by dotted name, each with its value and unit: "speed of the nozzle 4 mm/s"."""
+    units = {name: "" if isinstance(value, str) else name_and_unit(name)[1] for name, value in settings.items()}
+    return tuple(f"{setting_name(name)} {setting_words(settings[name])} {unit}".rstrip() for name, unit in units.items())
+
+
 LONGEST_VALUE = 120
 """Largest number of characters of a setting's value in a table. A board of markers has a thousand."""
 

@@ -125,7 +125,7 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
     chosen = next(run for run in mapped.chart.runs if run.values == CHOSEN)
     comparison = st.compare(chosen.profile, mapped.chart.readings, sample.outline, sample.solid)
     trial = load_trial(TRIAL)
-    size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.diameter_mm
+    size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.size_mm
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, nozzle_mm)
     courses = [read_fill(run_path(folder, run) / FILL) for run in read_plan(folder).runs]
     fills = {

@@ -27,6 +27,7 @@ from sealtwin.trial.job import (
     other_versions,
     require_sample,
     require_solid,
+    run_folder_of,
     start_job,
 )
 from sealtwin.trial.trial_file import Trial
@@ -53,7 +54,7 @@ class FinishedStages:
 
 def run_trial(
     trial: Trial,
-    source: Path,
+    file: Path,
     out: Path | None,
     stages: Sequence[StageName],
     device: str,
@@ -61,14 +62,14 @@ def run_trial(
     threads: int | None = None,
     jobs: int = 0,
 ) -> FinishedStages:
-    """Bring ``stages`` of a trial up to date in ``out`` (default: reports/NAME).
+    """Bring ``stages`` of a trial up to date in ``out`` (default: that of ``run_folder_of``).
 
-    ``source`` is the folder of the trial's files. ``jobs`` is the number of worker processes for the runs with
-    other seeds. 0 computes them in this process.
+    ``file`` is the trial file, or the file from which the trial was begun. ``jobs`` is the number of worker processes
+    for the runs with other seeds. 0 computes them in this process.
     """
-    require_sample(trial, source)
-    with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:
-        job = start_job(trial, source, folder, device, progress)
+    require_sample(trial, file.parent)
+    with open_folder(out or run_folder_of(file, trial), create=True) as folder:
+        job = start_job(trial, file.parent, folder, device, progress, file)
         return run_stages(replace(job, threads=threads, jobs=jobs), stages)
 
 
@@ -142,6 +143,7 @@ def read_result(job: Job) -> TrialResult:
     with files.reading_stage_file(folder.path):
         result = TrialResult(
             name=job.trial.name,
+            assumed=job.trial.assumed_words,
             folder=display_path(folder.path),
             wall_time_s=sum(manifest[stage]["wall_time_s"] for stage in stages),
             stages=tuple(stages),
