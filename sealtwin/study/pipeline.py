@@ -81,11 +81,12 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     """
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone, more = list[StageName](), False
+    _check_cheap_inputs(job, stages)
     for stage in STAGES:
         if stage in stages and stage != "digitise":
             require_solid(job)
         both = stage == "simulate" and {"simulate", "validate"} <= set(stages)
-        # The sheet is read first, so that a mistake in it is found before the long simulation.
+        # The sheet is read with the crack, so that a mistake in it is found before the long simulation.
         if both and (readings := validate_stage.readings_of(job)) is not None:
             validate_stage.note_doubts(job, readings)
         if both and "simulate" not in job.folder.finished():
@@ -109,6 +110,19 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
 
     can_be_planned = job.trial.fluid is not None and has_sealant(job.trial.fluid)
     return FinishedStages(result, tuple(redone), can_be_planned, job.trial.can_be_varied)
+
+
+def _check_cheap_inputs(job: Job, stages: Sequence[StageName]) -> None:
+    """Raise InputError if the device does not exist or the sheet cannot be read, before the photo is traced."""
+    if "simulate" in stages and job.device != "cpu" and job.trial.solver.has_particles:
+        from simulate.device import choose_device
+
+        choose_device(job.device)
+    readings = job.trial.readings
+    if {"digitise", "validate"} <= set(stages) and job.sheet is not None and readings and readings.scan is None:
+        from validate.readings.read_readings import read_readings
+
+        read_readings(job.sheet, readings)
 
 
 def _bring_seeds_up_to_date(job: Job) -> bool:

@@ -202,7 +202,9 @@ def sample_files(trial: Trial) -> dict[str, Path]:
 
 
 def require_sample(trial: Trial, source: Path) -> None:
-    """Raise InputError if a file that shows the crack is missing. This is called before a folder is made."""
+    """Raise InputError if the readings or a file that shows the crack are missing, before a folder is made."""
+    if trial.readings is not None:
+        check_sheet(source / trial.readings.path, trial.readings)
     for role, file in sample_files(trial).items():
         if not (source / file).exists():
             cure = "Put the file there, or correct the name."
