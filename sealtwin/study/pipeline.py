@@ -61,15 +61,18 @@ def run_trial(
     progress: Progress,
     threads: int | None = None,
     jobs: int = 0,
+    source: Path | None = None,
 ) -> FinishedStages:
     """Bring ``stages`` of a trial up to date in ``out`` (default: that of ``run_folder_of``).
 
-    ``file`` is the trial file, or the file from which the trial was begun. ``jobs`` is the number of worker processes
-    for the runs with other seeds. 0 computes them in this process.
+    ``file`` is the trial file, or the file from which the trial was begun. Paths in the trial are relative to
+    ``source``, by default its folder. ``jobs`` is the number of worker processes for the runs with other seeds. 0
+    computes them in this process.
     """
-    require_sample(trial, file.parent)
+    source = source or file.parent
+    require_sample(trial, source)
     with open_folder(out or run_folder_of(file, trial), create=True) as folder:
-        job = start_job(trial, file.parent, folder, device, progress, file)
+        job = start_job(trial, source, folder, device, progress, file)
         return run_stages(replace(job, threads=threads, jobs=jobs), stages)
 
 

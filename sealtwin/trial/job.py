@@ -254,8 +254,8 @@ def adopt_trial(job: Job) -> None:
     if job.file is not None and not in_place:
         shown = files.sha256(job.source / job.trial.shown_by.file)
         began = {"from": _seen_from(job.path, job.file), "sha256": shown}
-    if began is not None and not is_edited:
-        manifest["begun"] = {**began, "trial": files.sha256(own)}
+    if began is not None and not is_edited and (now := {**began, "trial": files.sha256(own)}) != manifest.get("begun"):
+        manifest["begun"] = now
         job.folder.save()
 
 

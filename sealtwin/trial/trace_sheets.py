@@ -160,6 +160,8 @@ class TrialFile:
         tables = {"photo": {**others, **hints.entries()}}
         if "crack" in before or shape.entries():
             tables["crack"] = {**before.get("crack", {}), **shape.entries()}
+        if "assumed" in before:
+            tables["assumed"] = after.get("assumed")
         if after != {**before, **tables}:
             lines = "; ".join(
                 f"{key} = {json.dumps(value)}" for key, value in {**hints.entries(), **shape.entries()}.items()
@@ -213,7 +215,11 @@ def with_hints(
         photo.remove(key)
     if "crack" not in document and shape.entries():
         document["crack"] = tomlkit.table()
-    changed = [*replaced, *_filled(photo, values), *removed, *_filled(document.get("crack", {}), shape.entries())]
+    shaped = _filled(document.get("crack", {}), shape.entries())
+    changed = [*replaced, *_filled(photo, values), *removed, *shaped]
+    given = {*settings, *(f"crack.{key}" for key in shaped)}
+    if named := document.get("assumed"):
+        changed += _filled(document, {"assumed": [name for name in named if name not in given]})
     edited = tomlkit.dumps(document)
     return edited.replace("\n", "\r\n") if windows else edited, changed
 
