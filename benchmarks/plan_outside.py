@@ -41,7 +41,7 @@ OWN = Trial(
     name="planning",
     photo=PhotoInput(file=Path("none.png"), data="synthetic", mm_per_px=0.1),
     crack=SHAPE,
-    path=NozzlePath(trim_mm=3.0),
+    path=NozzlePath(fill=1.0, trim_mm=3.0),
     fluid=FluidOfFile(viscosity_pa_s=VISCOSITY_PA_S, yield_stress_pa=YIELD_PA, freeze_after_s="never"),
     solver=Solver(radius_mm=0.8, settle_s=2.0),
     nozzle=Nozzle(diameter_mm=2.4),

@@ -76,8 +76,10 @@ def setting_name(setting: str) -> str:
 
 def assumed_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
     """Return settings by dotted name, each with its value and unit: "speed of the nozzle 4 mm/s"."""
-    units = {name: "" if isinstance(value, str) else name_and_unit(name)[1] for name, value in settings.items()}
-    return tuple(f"{setting_name(name)} {setting_words(settings[name])} {unit}".rstrip() for name, unit in units.items())
+    return tuple(
+        f"{setting_name(name)} {setting_words(value)} {'' if isinstance(value, str) else name_and_unit(name)[1]}".rstrip()
+        for name, value in settings.items()
+    )
 
 
 LONGEST_VALUE = 120

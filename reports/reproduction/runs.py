@@ -172,7 +172,7 @@ def _straight(path: Path, fluid: st.Fluid, narrower: int) -> dict[str, Any]:
     crack = st.crack_from_polyline([(0.0, 0.0), (40.0, 0.0)], width_mm)
     solid = st.build_solid(crack, 16.0, tilt="vertical")
     trajectory = st.plan_path(crack, solid, volume_ml=2.4 / narrower, speed_mm_s=4.0, trim_mm=5.0)
-    solver, nozzle = st.Solver(radius_mm=width_mm / 8), st.Nozzle(diameter_mm=2.4 / narrower)
+    solver, nozzle = st.Solver(radius_mm=width_mm / 8, settle_s=0.0), st.Nozzle(diameter_mm=2.4 / narrower)
     return _timed(path, Sample(crack, solid, trajectory), fluid, solver, nozzle)
 
 

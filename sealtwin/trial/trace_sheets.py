@@ -160,9 +160,8 @@ class TrialFile:
         tables = {"photo": {**others, **hints.entries()}}
         if "crack" in before or shape.entries():
             tables["crack"] = {**before.get("crack", {}), **shape.entries()}
-        if "assumed" in before:
-            tables["assumed"] = after.get("assumed")
-        if after != {**before, **tables}:
+        # The page removes settings from ``assumed`` that the user has set.
+        if after != {**before, **tables, **{key: after[key] for key in after.keys() & {"assumed"}}}:
             lines = "; ".join(
                 f"{key} = {json.dumps(value)}" for key, value in {**hints.entries(), **shape.entries()}.items()
             )
