@@ -76,9 +76,9 @@ def setting_name(setting: str) -> str:
 
 def assumed_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
     """Return settings by dotted name, each with its value and unit: "speed of the nozzle 4 mm/s"."""
+    parts = [(setting_name(name), value, name_and_unit(name)[1]) for name, value in settings.items()]
     return tuple(
-        f"{setting_name(name)} {setting_words(value)} {'' if isinstance(value, str) else name_and_unit(name)[1]}".rstrip()
-        for name, value in settings.items()
+        f"{name} {setting_words(value)}{f' {unit}' * (value != str(value))}".rstrip() for name, value, unit in parts
     )
 
 

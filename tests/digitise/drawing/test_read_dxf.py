@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from ezdxf import units
 
-from digitise.drawing.given import GivenDrawing
+from digitise.drawing.given import DrawnLines
 from digitise.drawing.given_lines import outline_of_line
-from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_stl
+from digitise.drawing.read_dxf import drawn_crack, open_drawing
 from digitise.exports import dxf_text
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
@@ -30,15 +30,13 @@ def _saved(folder, draw, unit=units.MM):
 
 
 def _crack(file, **asked):
-    return drawn_crack(open_drawing(file, None), GivenDrawing(depth_mm=DEPTH_MM, **asked))[0]
+    return drawn_crack(open_drawing(file, None), DrawnLines(**asked))[0]
 
 
 def _volume_mm3(outline):
     """Volume of the cavity, checked against the block's volume less that of its mesh."""
     solid = build_solid(outline, CrackShape(depth_mm=DEPTH_MM, tilt="vertical"))
-    words = [line.split() or [""] for line in sample_stl(outline, DEPTH_MM).decode().splitlines()]
-    vertices_mm = np.array([word[1:] for word in words if word[0] == "vertex"], dtype=float)
-    corners = vertices_mm.reshape(-1, 3, 3)
+    vertices_mm, corners = solid.vertices_mm, solid.vertices_mm[solid.faces]
     inside_mm3 = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
     volume_mm3 = np.prod(np.ptp(vertices_mm, axis=0)) - inside_mm3
     assert solid.cavity_volume_mm3 == pytest.approx(volume_mm3, rel=1e-6)
@@ -90,7 +88,7 @@ def test_a_drawn_centreline_gives_the_same_crack_as_its_points(tmp_path, closed)
         space.add_text("scratch")
 
     drawing = open_drawing(_saved(tmp_path, draw), None)
-    outline, _ = drawn_crack(drawing, GivenDrawing(depth_mm=DEPTH_MM, line="L", width_mm=3.0, face_mm=(60.0, 40.0)))
+    outline, _ = drawn_crack(drawing, DrawnLines(line="L", width_mm=3.0, face_mm=(60.0, 40.0)))
     same, _ = outline_of_line(line_mm, np.array([[0.0, 3.0]]), (0.0, 0.0, 60.0, 40.0), "line")
     assert _volume_mm3(outline) == pytest.approx(_volume_mm3(same), rel=1e-9)
     assert outline.centreline_mm == pytest.approx(same.centreline_mm)
