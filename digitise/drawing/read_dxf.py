@@ -22,6 +22,7 @@ from digitise.drawing.given_lines import Given, outline_between, outline_of_line
 from digitise.geometry.polyline import signed_area
 from digitise.mesh_import.import_mesh import MAX_MM
 from digitise.settings import CrackShape
+from digitise.solid.float_mesh import arrays_of
 from digitise.solid.footprint import lay_out
 from digitise.solid.wedges import carve
 from sealtwin.core.arc_length import step_lengths
@@ -248,8 +249,7 @@ def drawn_crack(drawing: Drawing, crack: GivenDrawing) -> Given:
 def sample_stl(outline: Outline, depth_mm: float) -> bytes:
     """Return a mesh of the sample with upright walls and a level floor, as an STL in text, which keeps all digits."""
     shape = CrackShape(depth_mm=depth_mm, tilt="vertical")
-    mesh = carve(lay_out(outline, shape, 0.0), shape, ()).to_mesh64()
-    solid = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+    solid = trimesh.Trimesh(*arrays_of(carve(lay_out(outline, shape, 0.0), shape, ())), process=False)
     return str(solid.export(file_type="stl_ascii")).encode()
 
 
