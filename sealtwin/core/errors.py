@@ -9,7 +9,7 @@ All other exceptions are bugs. They have exit code 1, and their traceback is sho
 """
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import ClassVar, Literal, TypeVar
@@ -57,6 +57,18 @@ class ShapeError(InputError):
         super().__init__(f"{wrong} {remedy}".rstrip(), file)
         self.wrong, self.remedy = wrong, remedy
         self.kind: ShapeKind = kind
+
+
+class SettingsFaults(InputError):  # noqa: N818  The class contains all faults of the settings, not one error.
+    """Settings that are not allowed, with all their faults."""
+
+    def __init__(
+        self, sentences: Sequence[str], faults: Sequence[tuple[str, str]] = (), types: Collection[str] = ()
+    ) -> None:
+        super().__init__("\n".join(sentences))
+        self.sentences = sentences
+        self.faults = faults  # Pairs of a dotted key and a sentence that describes the fault
+        self.types = types  # Types of the faults: pydantic's names, and the names in a table's own checks
 
 
 class BusyError(InputError):
