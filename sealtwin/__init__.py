@@ -9,11 +9,7 @@ Functions take and return frozen records of NumPy arrays::
     read_photo -> trace_crack -> build_solid -> plan_path -> inject -> measure_level -> compare -> write_report
 """
 
-from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from sealtwin.core.errors import InputError as _InputError
 
 if TYPE_CHECKING:
     __version__: str
@@ -53,30 +49,6 @@ if TYPE_CHECKING:
     )
     from sealtwin.api.studies import CalibrationResult, SweepResult, calibrate, sweep, write_map
     from sealtwin.api.trials import FlowPlan, TrialRun, plan_flow, run_trial
-
-
-def _require_own_packages() -> None:
-    """Raise InputError if the package digitise, simulate or validate is not sealtwin's own.
-
-    Other projects contain packages with these names: configobj, for example, contains a package validate. The packages
-    are not imported here. pip may have overwritten an __init__.py, which then does not contain the line PART_OF.
-    """
-    for name in ("digitise", "simulate", "validate"):
-        file = Path(__file__).absolute().parents[1] / name / "__init__.py"
-        spec = find_spec(name)
-        # The spec of a folder without an __init__.py has no origin.
-        origin = file if spec is None or spec.origin is None else Path(spec.origin)
-        is_own = (
-            file.is_file() and origin.samefile(file) and 'PART_OF = "sealtwin"' in file.read_text("utf-8", "replace")
-        )
-        if not is_own:
-            raise _InputError(
-                f"{origin}: '{name}' is not sealtwin's own package. Rename it, start sealtwin in another folder, or "
-                "install sealtwin in a separate environment ('uv tool install', 'pipx install' or a new venv)."
-            )
-
-
-_require_own_packages()
 
 __all__ = [
     "BlockRelease",

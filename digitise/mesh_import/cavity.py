@@ -36,7 +36,7 @@ PIT_MM2 = 1.0  # Another opening of at least this area gives a warning; smaller 
 SLICE_MM = 1e-3  # Depth below the flat top of a piece of the cavity at which the piece is sliced
 UNDER_MM = 1.0  # Depth below the underside to which the search for a crack through the block extends
 MIN_ACROSS_PX = 10  # Minimum number of pixels over the crack's width. With fewer, a thin mouth could fall into pieces
-ROUND_MM = 15.0  # Width of the picture's margin around the crack, with space for the overlay's legend
+ROUND_MM = 15.0  # Width of the picture's margin around the crack
 FACE_GREY = 205.0  # Grey of the face
 MOUTH_GREY = 40.0  # Grey of the crack's mouth
 # Constants of the sections along the crack, and of the picture.

@@ -37,7 +37,10 @@ def tidy(body: Manifold) -> tuple[Floats, Integers]:
 
 
 def arrays_of(body: Manifold) -> tuple[Floats, Integers]:
-    """Return the vertices, (v, 3), and faces, (f, 3), of a body."""
+    """Return copies of the vertices, (v, 3), and faces, (f, 3), of a body.
+
+    The library's own arrays keep its mesh alive. At the end of a command it would report the mesh on stderr.
+    """
     mesh = body.to_mesh64()
     return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, np.int64)
 

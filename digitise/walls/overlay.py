@@ -32,19 +32,27 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 class Canvas:
-    """A copy of a photo to draw on, RGB. Positions are in its pixels, and sizes in thousandths of its longer side."""
+    """A copy of a photo to draw on, RGB. Positions are in its pixels, and sizes in thousandths of its longer side.
 
-    def __init__(self, photo: Photo) -> None:
-        self.scale: float = min(LONGER_SIDE_PX / max(photo.size_px), MAX_ENLARGED)
+    If ``shown_px`` is given, only this box is copied, (2, 2). It is white outside the photo.
+    """
+
+    def __init__(self, photo: Photo, shown_px: Floats | None = None) -> None:
+        box_px = np.array([(0, 0), photo.size_px] if shown_px is None else np.rint(shown_px), int)
+        (left, top), (right, bottom) = self.corner_px, _ = box_px
+        before, after = np.maximum(-box_px[0], 0), np.maximum(box_px[1] - photo.size_px, 0)
+        part = photo.image[max(top, 0) : bottom, max(left, 0) : right]
+        part = np.pad(part, (*zip(before[::-1], after[::-1], strict=True), (0, 0)), constant_values=255)
+        self.scale: float = min(LONGER_SIDE_PX / max(part.shape), MAX_ENLARGED)
         interpolation = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_CUBIC
-        picture = cv2.resize(photo.image, None, fx=self.scale, fy=self.scale, interpolation=interpolation)
+        picture = cv2.resize(part, None, fx=self.scale, fy=self.scale, interpolation=interpolation)
         self.picture: Pixels = np.asarray(picture, np.uint8)
         self.unit: float = max(self.picture.shape[:2]) / 1000
         self.extent = np.array(self.picture.shape[1::-1])
 
     def to_copy_px(self, points_px: Floats) -> Floats:
         """Map pixels of the photo to pixels of the copy, (..., 2)."""
-        return (points_px + 0.5) * self.scale - 0.5
+        return (points_px - self.corner_px + 0.5) * self.scale - 0.5
 
     def line(
         self, points_px: Floats, colour: Colour, size: float = 0.7, closed: bool = False, dashed: bool = False
@@ -85,8 +93,11 @@ class Canvas:
 
 
 def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None = None) -> Pixels:
-    """Return the photo with walls, centreline, ends, legend, scale bar and nozzle path, (height, width, 3) RGB."""
-    canvas = Canvas(photo)
+    """Return the photo around the crack with walls, centreline, ends and nozzle path, (height, width, 3) RGB.
+
+    A strip below the photo has the legend and a scale bar.
+    """
+    canvas = Canvas(photo, outline.shown_px)
     if photo.face_ring_px is not None:
         canvas.line(photo.face_ring_px, PAPER, closed=True)
     # The ring comes first. Walls cover it except at the ends, where it shows how the crack was closed.
@@ -106,7 +117,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
         for bead in resampled(path_px, BEADS * canvas.unit) if len(path_px) > 1 else ():
             canvas.dot(bead, 1.6, NOZZLE, INK)
     _mark_ends(canvas, outline)
-    _legend(canvas, outline, trajectory)
+    _add_legend(canvas, outline, trajectory)
     return canvas.picture
 
 
@@ -147,11 +158,8 @@ def _mark_ends(canvas: Canvas, outline: Outline) -> None:
         canvas.text(corner + half * (0, 2), text, PAPER)
 
 
-def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> None:
-    """Draw the legend, with a scale bar.
-
-    The legend is placed in the corner in which it covers least of the crack.
-    """
+def _add_legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> None:
+    """Add a strip with the legend below the picture."""
     unit = canvas.unit
     pad, row, swatch = 8 * unit, 17 * unit, 60 * unit
     mm = canvas.scale / outline.mm_per_px
@@ -168,14 +176,16 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None) -> 
         lines.append((ENDS, "dashed: crack or ground"))
     if trajectory is not None and len(pour_s_mm := trajectory.s_mm[trajectory.giving]):
         lines.append((NOZZLE, f"nozzle, from s = {pour_s_mm[0]:.1f} to {pour_s_mm[-1]:.1f} mm"))
-    width = max(canvas.text_size(text)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
-    size, taken = np.array([width, row * len(lines) + pad]), canvas.to_copy_px(outline.outline_px)
-    low, high = np.clip(canvas.to_copy_px(outline.shown_px), 0, canvas.extent)
-    corners = [low + np.maximum(high - low - size, 0) * (right, down) for down in (0, 1) for right in (0, 1)]
-    low = min(corners, key=lambda box: int(np.all((taken >= box) & (taken <= box + size), axis=1).sum()))
-    canvas.panel(low, low + size, PAPER, 0.8)
-    for number, (colour, text) in enumerate(lines):
-        base = np.add(low, (pad, pad / 2 + row * (number + 0.75)))
+    bases = list[Floats]()
+    x, y = pad, row
+    for colour, text in lines:
+        width = canvas.text_size(text)[0] + (swatch if colour else 0)
+        if x + width > canvas.extent[0]:
+            x, y = pad, y + row
+        bases.append(np.array([x, canvas.extent[1] + y]))
+        x += width + 3 * pad
+    canvas.picture = np.pad(canvas.picture, ((0, round(y + pad)), (0, 0), (0, 0)), constant_values=255)
+    for base, (colour, text) in zip(bases, lines, strict=True):
         if colour is not None:
             bar = length_mm * mm if colour == INK else swatch - pad
             canvas.panel(base - (0, 7 * unit), np.add(base, (bar, -3 * unit)), colour, 1)

@@ -21,6 +21,7 @@ from sealtwin.cli.options import (
     everyday_parameters,
     flag,
     model_parameters,
+    naming_options,
     option,
     parameter,
     parameter_of,
@@ -109,7 +110,22 @@ class Command:
         return QuietProgress() if self.quiet else progress_for_stderr()
 
 
-class Commands(TyperGroup):
+class PlainFlags:
+    """Base class of commands whose help shows no type of a flag. Typer would show "<bool>"."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        params: list[Any] = super().get_params(ctx)  # pyright: ignore[reportAttributeAccessIssue]
+        for param in params:
+            if isinstance(param, TyperOption) and param.is_flag:
+                param.metavar = ""
+        return params
+
+
+class Group(PlainFlags, TyperGroup):
+    """Group of commands."""
+
+
+class Commands(Group):
     """Group of all commands. With --json, it prints usage errors as JSON objects too."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -122,7 +138,7 @@ class Commands(TyperGroup):
             raise
 
 
-class CheckedCommand(TyperCommand):
+class CheckedCommand(PlainFlags, TyperCommand):
     """Command that makes its options only when they are needed, because settings import pydantic.
 
     The command refuses an option that is given twice. Click would silently use the last value. Options that take a
@@ -143,7 +159,9 @@ class CheckedCommand(TyperCommand):
         self._params: list[Any] | None = None
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        _, _, params = self.make_parser(ctx).parse_args(args=list(args))
+        _, extra, params = self.make_parser(ctx).parse_args(args=list(args))
+        if extra and (forms := {f"{param.opts[0]} {param.metavar}": None for param in params if param.nargs > 1}):
+            ctx.fail(f"unexpected: {' '.join(map(str, extra))}. Write {', '.join(forms)}")
         for param in params:
             single = isinstance(param, TyperOption) and not (param.multiple or param.is_flag)
             if single and params.count(param) > 1:
@@ -155,8 +173,6 @@ def answers(
     *keys: str,
     needs: Sequence[str] = (),
     device: bool = False,
-    quiet: bool = True,
-    as_json: bool = True,
     **models: str,
 ) -> Callable[[Function], Function]:
     """Return a decorator that turns a function into a command with options, and its exceptions into exit codes.
@@ -166,28 +182,32 @@ def answers(
     are required. ``models`` gives a settings model "module:Class" for some of the parameters. Such a parameter becomes
     one option for each field of its model.
     """
-    shown = {"device": device, "as_json": as_json, "quiet": quiet}
 
     def decorated(function: Function) -> Function:
         _, *parameters = inspect.signature(function).parameters.values()
+        # Rich would keep the docstring's line breaks.
+        function.__doc__ = re.sub(r"(?<=\S)\n(?=\S)", " ", inspect.cleandoc(function.__doc__ or ""))
 
         @functools.wraps(function)
         def command(**arguments: Any) -> None:
             answer = Command(**{name: arguments.pop(name) for name in ENDS if name in arguments})
             with ending(answer):
+                everyday = {key: text for key in keys if (text := arguments.pop(parameter_of(key))) is not None}
                 if "set" in arguments:
-                    everyday = {key: arguments.pop(parameter_of(key)) for key in keys}
                     arguments["settings"] = settings_of(everyday, arguments.pop("set") or ())
                 for name, model in models.items():
                     arguments[name] = read_model(model, arguments)
-                function(answer, **arguments)
+                with naming_options(everyday, arguments.get("settings", ())):
+                    function(answer, **arguments)
 
         def completed() -> Function:
             sources = {name: model_parameters(model) for name, model in models.items()}
             sources["settings"] = everyday_parameters(keys, needs)
             written = {parameter.name: [parameter.replace(kind=parameter.KEYWORD_ONLY)] for parameter in parameters}
             parts = itertools.chain.from_iterable((written | sources)[parameter.name] for parameter in parameters)
-            return _with_signature(command, [*parts, *(option for name, option in ENDS.items() if shown[name])])
+            return _with_signature(
+                command, [*parts, *(option for name, option in ENDS.items() if device or name != "device")]
+            )
 
         vars(command)["completed"] = completed
         return _with_signature(command, ())

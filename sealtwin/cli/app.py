@@ -7,6 +7,8 @@ import sys
 import time
 import warnings
 from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,9 +20,11 @@ from sealtwin.cli.answer import (
     Command,
     Commands,
     answers,
+    ending,
     open_missing_streams,
     take_any_name,
 )
+from sealtwin.core.errors import InputError
 
 app = typer.Typer(
     name="sealtwin",
@@ -31,7 +35,6 @@ app = typer.Typer(
         "5 the trial missed its gate (the report is complete), 6 part of a batch failed, 130 interrupted."
     ),
     no_args_is_help=True,
-    add_completion=False,
     # Tracebacks with local variables would show the user's paths and data in a bug report.
     pretty_exceptions_enable=False,
 )
@@ -39,7 +42,7 @@ OBJECTS_A_COLLECTION = 200_000
 """Number of new objects that starts a garbage collection. With Python's default of 700, figures take 10 % longer."""
 
 
-@answers(quiet=False)
+@answers()
 def doctor(command: Command) -> None:
     """Print versions, stage numbers, devices and the results of self-tests. Takes about a second."""
     from sealtwin.core.run_folder import number_words, versions
@@ -149,8 +152,31 @@ for command in (
 app.add_typer(material.methods)
 
 
+def require_own_packages() -> None:
+    """Raise InputError if the package digitise, simulate or validate is not sealtwin's own.
+
+    Other projects contain packages with these names: configobj, for example, contains a package validate. The packages
+    are not imported here. pip may have overwritten an __init__.py, which then does not contain the line PART_OF.
+    """
+    for name in ("digitise", "simulate", "validate"):
+        file = Path(__file__).absolute().parents[2] / name / "__init__.py"
+        spec = find_spec(name)
+        # The spec of a folder without an __init__.py has no origin.
+        origin = file if spec is None or spec.origin is None else Path(spec.origin)
+        is_own = (
+            file.is_file() and origin.samefile(file) and 'PART_OF = "sealtwin"' in file.read_text("utf-8", "replace")
+        )
+        if not is_own:
+            raise InputError(
+                f"{origin}: '{name}' is not sealtwin's own package. Rename it, start sealtwin in another folder, or "
+                "install sealtwin in a separate environment ('uv tool install', 'pipx install' or a new venv)."
+            )
+
+
 @app.callback(invoke_without_command=True)
 def common(version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False) -> None:
+    with ending(Command(as_json="--json" in sys.argv)):
+        require_own_packages()
     if version:
         from sealtwin import __version__
 

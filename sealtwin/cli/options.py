@@ -6,11 +6,10 @@ other settings of a trial are given with --set.
 """
 
 import inspect
-import math
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sealtwin.core.errors import InputError, present
+from sealtwin.core.errors import InputError, SettingsFaults, present
 
 if TYPE_CHECKING:
     from sealtwin.core.settings import Settings
@@ -56,57 +55,36 @@ WRITTEN = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
 """Pattern of a number. Python's float() would also accept 1_0, nan and digits of other scripts."""
 BETWEEN = re.compile("[x:,]")
 """Pattern of the character between the parts of a format, such as the x in "WxH"."""
+INDEX = re.compile(r"\.\d+(?=\.|$)")
+"""Pattern of the number of a list's element in a dotted name."""
 SENTENCE = re.compile(r"(?<=\.)\s+(?=[A-Z])")
 THOUSANDS = re.compile(r"[+-]?[1-9]\d*,\d{3}", re.ASCII)
 
 
-def read_number(text: str, *, comma: bool = True) -> float:
-    """Return a text as a finite number. If ``comma`` is False, a comma separates numbers and is refused.
+def read_value(text: str, *, comma: bool = True) -> int | float | str:
+    """Return a text as a number. If ``comma`` is False, a comma separates numbers.
 
-    Raises ValueError if the text is not such a number.
+    Returns a text that is no number, or whose comma is ambiguous. The check of the settings refuses it.
     """
-    text = text.strip()
-    if not WRITTEN.fullmatch(text) or ("," in text and not comma):
-        raise ValueError("expected a number such as 0.1" + (" or 0,1" if comma else ""))
-    if THOUSANDS.fullmatch(text):
-        raise ValueError(f"the comma is ambiguous; give {text.replace(',', '.')} or {text.replace(',', '')}")
-    value = float(text.replace(",", "."))
-    if not math.isfinite(value):
-        raise ValueError("expected a finite number")
-    return value
+    written = text.strip()
+    if not WRITTEN.fullmatch(written) or THOUSANDS.fullmatch(written) or ("," in written and not comma):
+        return text
+    number = float(written.replace(",", "."))
+    return int(number) if number.is_integer() and abs(number) < LARGEST_WHOLE else number
 
 
-def read_numbers(text: str, form: str, option: str) -> Any:
-    """Return one number, or for a format such as "AxB" one number for each part.
-
-    Raises typer.BadParameter, with the name of the option, if the text does not have the format.
-    """
-    sign = BETWEEN.search(form)
-    parts = text.split(sign[0]) if sign else [text]
-    try:
-        numbers = [read_number(part, comma=not sign or sign[0] != ",") for part in parts]
-        if len(numbers) != 1 + len(BETWEEN.findall(form)):
-            raise ValueError("a part is missing, or there are too many parts")
-    except ValueError as fault:
-        raise typer.BadParameter(f"{option} {text:.80}: {f'expected {form}; ' if form else ''}{fault}") from None
-    return numbers if sign else numbers[0]
-
-
+LARGEST_WHOLE = 1e15  # Whole numbers below it are exact as floats
 LONGEST_MM = 10_000.0  # Largest arc length s that is allowed, as in a trial
 
 
-def along(text: str, option: str) -> float | list[list[float]]:
-    """Read a number, or rows of a CSV with the column s_mm and a column with the name of the option.
+def along(text: str, column: str) -> Any:
+    """Read a number, or rows of a CSV with the columns s_mm and ``column``.
 
-    Raises typer.BadParameter if the text is neither, and InputError for a file that cannot be used.
+    Raises InputError for a file that cannot be used.
     """
-    path, column = Path(text), option.strip("-").replace("-", "_")
+    path = Path(text)
     if path.suffix.lower() not in {".csv", ".txt"}:
-        try:
-            return read_number(text)
-        except ValueError as fault:
-            expected = f"expected a number in millimetres, or a CSV with the columns s_mm and {column}"
-            raise typer.BadParameter(f"{option} {text}: {expected}; {fault}") from None
+        return read_value(text)
     from digitise.settings import DEEPEST_MM, MAX_STATIONS
     from validate.readings.grid import read_grid
     from validate.readings.words import number, unit_of
@@ -151,7 +129,7 @@ def board(path: str, _: str) -> dict[str, Any]:
         photo: PhotoOptions
 
     read = read_settings(MarkerFile, Path(path), name="file of markers", starter="'sealtwin markers' writes one")
-    return read.photo.markers.model_dump(mode="json")
+    return read.photo.markers.model_dump(mode="json", exclude_none=True)
 
 
 @dataclass(frozen=True)
@@ -204,37 +182,31 @@ class FieldOption:
         return parameter(parameter_of(self.key), kind if needed or is_flag else kind | None, shown, default)
 
     def value(self, value: Any) -> Any:
-        """Return the setting's value from the option's text. Raises typer.BadParameter with the name of the option."""
-        form, spelt = self.form, spelt_by(self.key)
+        """Return the setting's value from the option's text. Parts that are no numbers remain texts."""
+        form = self.form
         if isinstance(value, bool):
             return value
         if (read := READERS.get(form)) is not None:
-            return read(value, spelt)
+            return read(value, self.key.rpartition(".")[2])
         if isinstance(value, str) and not form.startswith("'"):
-            return self._part(form, value, spelt)
+            return self._part(form, value)
         first = form.strip("'").split()[0]
-        values = [self._part(first, text, spelt) for text in (value.split() if isinstance(value, str) else value)]
+        values = [self._part(first, text) for text in (value.split() if isinstance(value, str) else value)]
         if not self.takes(dict):
             return values
         if twice := [key for number, (key, _) in enumerate(values) if key in dict(values[:number])]:
-            raise typer.BadParameter(f"{spelt} {twice[0]} is given twice; give it only once")
+            raise typer.BadParameter(f"{spelt_by(self.key)} {twice[0]} is given twice; give it only once")
         return dict(values)
 
-    def _part(self, form: str, text: str, spelt: str) -> Any:
+    def _part(self, form: str, text: str) -> Any:
         """Return a text, a number or a list of numbers. A format with an equals sign gives a pair (name, value)."""
         if "=" in form:
             name, _, value = text.partition("=")
-            with suppress(typer.BadParameter):
-                if name:
-                    return name, self._part(form.partition("=")[2], value, spelt)
-            raise typer.BadParameter(f"{spelt} {text:.80}: expected {form}")
+            return name, self._part(form.partition("=")[2], value)
         if not self.takes(int, float):
             return text.split(",") if "," in form else text
-        numbers = read_numbers(text, form, spelt)
-        if self.takes(float):
-            return numbers
-        whole = [int(number) if number == int(number) else number for number in (numbers if form else [numbers])]
-        return whole if form else whole[0]
+        sign = BETWEEN.search(form)
+        return [read_value(part, comma=sign[0] != ",") for part in text.split(sign[0])] if sign else read_value(text)
 
 
 PHOTO = (
@@ -271,7 +243,7 @@ A format in quotes is one text with several parts. A format with blanks is sever
 option may be repeated.
 """
 READERS: dict[str, Callable[[str, str], Any]] = {"MM|CSV": along, "TOML": board}
-"""Function that reads the texts of a format. Its arguments are the text and the name of the option."""
+"""Function that reads the texts of a format. Its arguments are the text and the last part of the field's key."""
 NAMES = {
     "photo.ends_px": "ends",
     "photo.via_px": "via",
@@ -321,7 +293,7 @@ def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Paramet
 def read_model(model: str, arguments: dict[str, Any]) -> Any:
     """Return the settings model "module:Class" with the values of its options, and remove them from ``arguments``.
 
-    Raises typer.BadParameter with the name of the option for a value that is not allowed.
+    Raises InputError with the name of the option for a value that is not allowed.
     """
     from sealtwin.core.settings import checked
 
@@ -331,23 +303,37 @@ def read_model(model: str, arguments: dict[str, Any]) -> Any:
         # value.
         if (text := arguments.pop(name)) is not None and text is not field.default:
             values[name] = FieldOption(kind, name).value(text)
+    with naming_options(values):
+        return checked(kind, Path("options"), values)
+
+
+@contextmanager
+def naming_options(options: Iterable[str], settings: Iterable[str] = ()) -> Iterator[None]:
+    """Name settings in messages as this call gave them: "--depth-mm", or "--set crack.depth_mm"."""
+    spelt = {key: f"--set {key}" for key in settings} | {key: spelt_by(key) for key in options}
     try:
-        return checked(kind, Path("options"), values, lambda key: spelt_by(key.partition(".")[0]) if key else "options")
-    except InputError as fault:
-        raise typer.BadParameter(f"{fault}") from None
+        yield
+    except SettingsFaults as fault:
+        sentences = [*fault.sentences]
+        for number, (where, text) in enumerate(fault.faults):
+            for key in (key for key in spelt if f"{where}.".startswith(f"{key}.")):
+                inner = INDEX.sub("", where.removeprefix(key)).replace(".", " ", 1)
+                sentences[number] = f"{spelt[key]}{inner}{text.removeprefix(where)}"
+                if spelt[key] == spelt_by(key) and BETWEEN.search(form := FORMS.get(key, "")):
+                    sentences[number] += f" Write {spelt[key]} {form.rstrip(' .')}."
+        raise InputError("\n".join(sentences)) from None
 
 
 def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
     """Return settings by dotted name, from everyday options and from texts "table.key=value".
 
     ``options`` contains the texts of the everyday options by dotted name. Names of files become absolute. Raises
-    typer.BadParameter for a text that cannot be read and for a setting that is given twice, and InputError for a file
-    that cannot be used.
+    typer.BadParameter for a text without a name and for a setting that is given twice, and InputError for a file that
+    cannot be used.
     """
     settings: Given = {}
     for key, text in options.items():
-        if text is not None:
-            settings[key] = _with_whole_names(key, FieldOption(trial_model(), key).value(text))
+        settings[key] = _with_whole_names(key, FieldOption(trial_model(), key).value(text))
     for text in others:
         key, value = _setting(text)
         if twice := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
@@ -379,11 +365,8 @@ def _setting(text: str) -> tuple[str, Any]:
         raise typer.BadParameter(
             f"--set {text:.80}: {key} is a table; give its settings one by one, as {key}.KEY=VALUE"
         )
-    if "," in value and WRITTEN.fullmatch(value) and takes(Trial, key, tuple):
-        raise typer.BadParameter(
-            f"--set {text:.80}: the comma is ambiguous; give {value.replace(',', '.')} or [{value}]"
-        )
-    return key, _with_whole_names(key, _value(value))
+    # In a setting that may be a list, 11,8 may be one number or two.
+    return key, _with_whole_names(key, _value(value, comma=not takes(Trial, key, tuple)))
 
 
 def _with_whole_names(key: str, value: Any) -> Any:
@@ -396,15 +379,10 @@ def _with_whole_names(key: str, value: Any) -> Any:
     return Path(value).absolute() if isinstance(value, str) and names_file(Trial, key) else value
 
 
-def _value(text: str) -> Any:
-    """Read a value in TOML, a number with a decimal comma, or a word without quotes."""
-    try:
+def _value(text: str, *, comma: bool) -> Any:
+    """Read a value in TOML, a number with a decimal comma if ``comma`` is True, or a word without quotes."""
+    with suppress(ValueError, RecursionError):
         content = tomllib.loads(f"value = {text}")
         if content.keys() == {"value"}:
             return content["value"]
-    except (ValueError, RecursionError):
-        pass
-    try:
-        return read_number(text)
-    except ValueError:
-        return text
+    return read_value(text, comma=comma)

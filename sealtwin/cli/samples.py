@@ -72,12 +72,12 @@ def markers(
     Example: sealtwin markers --face-mm 160x40 --out frame.pdf
     """
     if out.suffix.lower() != ".pdf":
-        raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf")
+        raise InputError(f"--out = '{out}': should be a file that ends in .pdf.")
     from digitise.scale.marker_scale import board_around, board_toml, frame_pdf
     from sealtwin.core.files import write_unless_other
 
     if toml is not None and toml.resolve() == out.resolve():
-        raise typer.BadParameter(f"--toml {toml} is the same file as --out; give another name")
+        raise InputError(f"--toml = '{toml}': is the same file as --out; give another name.")
     face = options.face_mm
     board = board_around(face, options.size_mm, options.dictionary, int(options.count))
     page, table = frame_pdf(face, board, options.paper), board_toml(face, board)

@@ -158,7 +158,7 @@ def validate(
     resume(command, folder, "validate", settings, uncertainty=uncertainty)
 
 
-@answers(quiet=False, as_json=False)
+@answers()
 def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
     """Write an example of a trial, with comments, and an empty sheet for readings (XLSX).
 
@@ -166,4 +166,5 @@ def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for t
     """
     from sealtwin.trial.starter_files import write_starter
 
-    command.reply({}, [str(written) for written in write_starter(folder)])
+    written = write_starter(folder)
+    command.reply({"files": [file.as_posix() for file in written]}, [*map(str, written)])

@@ -9,7 +9,7 @@ All other exceptions are bugs. They have exit code 1, and their traceback is sho
 """
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import ClassVar, TypeVar
@@ -40,6 +40,18 @@ class ShapeError(InputError):
     def __init__(self, wrong: str, remedy: str = "", file: Path | None = None) -> None:
         super().__init__(f"{wrong} {remedy}".rstrip(), file)
         self.wrong, self.remedy = wrong, remedy
+
+
+class SettingsFaults(InputError):  # noqa: N818  The class contains all faults of the settings, not one error.
+    """Settings that are not allowed, with all their faults."""
+
+    def __init__(
+        self, sentences: Sequence[str], faults: Sequence[tuple[str, str]] = (), types: Collection[str] = ()
+    ) -> None:
+        super().__init__("\n".join(sentences))
+        self.sentences = sentences
+        self.faults = faults  # Pairs of a dotted key and a sentence that describes the fault
+        self.types = types  # Types of the faults: pydantic's names, and the names in a table's own checks
 
 
 class BusyError(InputError):

@@ -10,7 +10,7 @@ from typing import Literal
 from sealtwin.core.facts import Fact, Facts
 
 LINE_EVERY_S = 10.0  # Time between two lines in a log, in s
-TENTH = 0.1  # Fraction of the work after which the remaining time is estimated
+TENTH = 0.1  # Fraction of the work after which the remaining time is shown
 
 Word = Literal["note", "warning", "fault"]
 """Word that is printed before a fact during the work."""
@@ -23,20 +23,20 @@ class Pace:
     the steps is not counted either, since early steps may be faster: a fill begins with few particles.
     """
 
-    def __init__(self, total: float, done: float = 0.0) -> None:
-        self._total, self._before = total, done
+    def __init__(self, total: float) -> None:
+        self._total = total
         self._reports = list[tuple[float, float]]()  # Finished steps and time of each report with new steps
 
     def left_s(self, done: float, now_s: float) -> float | None:
         """Return the expected remaining time in s after ``done`` steps.
 
-        ``now_s`` is the current time. Returns None before a tenth of the remaining steps is finished.
+        ``now_s`` is the current time. Returns None if no step is finished.
         """
         if not self._reports or done > self._reports[-1][0]:
             self._reports.append((done, now_s))
         half = (self._reports[0][0] + done) / 2
         since, since_s = self._reports[bisect_right(self._reports, (half, math.inf)) - 1]
-        if done <= since or done - self._before < TENTH * (self._total - self._before):
+        if done <= since:
             return None
         return (now_s - since_s) * (self._total - done) / (done - since)
 
@@ -86,18 +86,21 @@ class _Timed(Progress):
     """Base class of displays that estimate the remaining time."""
 
     def start(self, title: str, total: int, done: int = 0) -> None:
-        self._total, self._pace = total, Pace(total, done)
+        self._total, self._pace, self._shown_from = total, Pace(total), done + TENTH * (total - done)
         self._ends_s: float | None = None  # Time at which the work is expected to end, set by ``expect``
 
     def expect(self, left_s: float) -> None:
         self._ends_s = time.monotonic() + left_s
 
     def _left(self, done: int) -> str:
-        """Return the remaining time of the command in words. Returns "" if it is unknown, or after the last step."""
+        """Return the remaining time of the command in words.
+
+        Returns "" if it is unknown, before a tenth of the steps is finished, and after the last step.
+        """
         now_s = time.monotonic()
         by_pace_s = self._pace.left_s(done, now_s)
         left_s = by_pace_s if self._ends_s is None else max(0.0, self._ends_s - now_s)
-        if left_s is None or done >= self._total:
+        if left_s is None or not self._shown_from <= done < self._total:
             return ""
         whole_s = left_s * self._total / (self._total - done)
         return f"about {in_words(left_s + self.later_times * whole_s + self.later_s)} left"

@@ -281,7 +281,7 @@ class Solid(HasSummary):
     def main_figures(self) -> dict[str, str]:
         angles = " and ".join(f"{angle:g}" for angle in self.wall_angles_deg)
         return {
-            "depth": f"{self.depth_mm:g} mm",
+            "depth": self.depth_text,
             "walls": self.tilt if self.tilt == "modelled" else f"{self.tilt}, {angles} deg",
             "cavity": f"{self.cavity_volume_mm3 / 1000:.2f} ml",
         }
@@ -290,6 +290,12 @@ class Solid(HasSummary):
     def doubts(self) -> Facts:
         """Reasons why the solid may be wrong."""
         return self.figures.warnings
+
+    @property
+    def depth_text(self) -> str:
+        """Depth of the floor, or its smallest and largest depth along the crack."""
+        low, high = (f"{end:.3g}" for end in (self.sections.depth_mm.min(), self.sections.depth_mm.max()))
+        return f"{self.depth_mm:.4g} mm" if low == high else f"{low} to {high} mm"
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
         """Return the depth of the cavity's floor at each arc length ``s_mm`` along the centreline, (n,)."""

@@ -5,7 +5,7 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, get_args, get_origin
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, get_args, get_
 from pydantic import BaseModel, ConfigDict, Discriminator, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.errors import InputError, SettingsFaults, as_text
 from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.settings_text import text_of_table
@@ -82,6 +82,9 @@ LARGEST_BYTES = 200_000
 """Largest settings file that is read, in bytes. Usual files have some kilobytes."""
 DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
 """Pattern of a dotted key with 17 parts or more. Each part becomes a table, so very long keys would fill the memory."""
+DECIMAL_COMMA = re.compile(r"^[ \t]*([\w.\"'-]+[ \t]*=[ \t]*[+-]?\d+,\d+)[ \t]*(?:#.*)?$", re.MULTILINE)
+"""Pattern of a line of a settings file with a decimal comma."""
+NO_COMMA = "numbers have a point, and no comma"
 MAX_FAULTS = 8
 """Largest number of faults that are reported together."""
 LONGEST_VALUE = 60
@@ -130,6 +133,7 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
         raise InputError(f"{path}: no such file. {starter}.")
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: is larger than {LARGEST_BYTES} bytes, so it is not a {name}.")
+    text = ""
     try:
         text = read_text(path, LARGEST_BYTES)
         if DEEP_KEY.search(text):
@@ -140,19 +144,9 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not UTF-8 text; a {name} is a TOML file. {starter}.") from None
     except (ValueError, RecursionError) as fault:
-        raise InputError(f"{path}: not valid TOML: {fault}.") from None
-
-
-class SettingsFaults(InputError):  # noqa: N818  The class contains all faults of the settings, not one error.
-    """Settings that are not allowed, with all their faults."""
-
-    def __init__(
-        self, sentences: Sequence[str], faults: Sequence[tuple[str, str]] = (), types: Collection[str] = ()
-    ) -> None:
-        super().__init__("\n".join(sentences))
-        self.sentences = sentences
-        self.faults = faults  # Pairs of a dotted key and a sentence that describes the fault
-        self.types = types  # Types of the faults: pydantic's names, and the names in a table's own checks
+        comma = DECIMAL_COMMA.search(text)
+        hint = f" Line {text.count(chr(10), 0, comma.start(1)) + 1}, {comma[1]}: {NO_COMMA}." if comma else ""
+        raise InputError(f"{path}: not valid TOML: {fault}.{hint}") from None
 
 
 def checked(
@@ -203,6 +197,11 @@ def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str,
     """
     places: dict[str, list[ErrorDetails]] = {}
     for error in errors:
+        # pydantic does not count the elements of a list that are wrong themselves.
+        if error["type"] == "too_short" and any(
+            other["loc"][: len(error["loc"])] == error["loc"] != other["loc"] for other in errors
+        ):
+            continue
         # pydantic adds the name of a union's branch to the location of an error.
         parts = [part for part in error["loc"] if not re.fullmatch(BRANCH, str(part))]
         if error["type"] == "missing" and isinstance(parts[-1], int):
@@ -228,6 +227,8 @@ def _fault(kind: type[Settings], where: str, errors: list[ErrorDetails]) -> str:
     if error["type"] == "missing":
         return f"{where} is missing; it has no default, so you must give it."
     reason = ", or ".join(dict.fromkeys(map(_reason, errors)))
+    if isinstance(input_value, str) and "," in input_value and "number" in reason:
+        reason += f"; {NO_COMMA}"
     if isinstance(input_value, dict | list):
         return f"{where}: {reason}." if where else f"{reason}."
     value = repr(input_value)

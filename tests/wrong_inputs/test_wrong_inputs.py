@@ -5,11 +5,12 @@ import shlex
 import pytest
 
 from tests.support.ingested_lab import sealtwin
-from tests.wrong_inputs import digitise, lab, material, photos, processes, readings
+from tests.wrong_inputs import digitise, lab, material, options, photos, processes, readings
 from tests.wrong_inputs.table import REFUSED, WrongInput
 
 TABLES = {
-    table.__name__.rpartition(".")[2]: table.CASES for table in (digitise, lab, material, photos, processes, readings)
+    table.__name__.rpartition(".")[2]: table.CASES
+    for table in (digitise, lab, material, options, photos, processes, readings)
 }
 ROWS = [pytest.param(row, id=f"{stage}: {row.name}") for stage, rows in TABLES.items() for row in rows]
 

@@ -19,7 +19,6 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.arrays import Pixels
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
-from sealtwin.core.records import Outline
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.run_folder import versions
 from validate.figures.first_figure import FirstFigure
@@ -209,13 +208,12 @@ OVERLAY_PX = 1500  # Largest width of the overlay in the report. The run folder 
 
 
 def _photo(evidence: Evidence) -> PhotoBlock:
-    outline, seen_in = evidence.outline, evidence.outline.seen_in
-    picture = _around_crack(_read_picture(evidence.overlay_path), outline)
+    picture = _read_picture(evidence.overlay_path)
     scale = min(1.0, OVERLAY_PX / picture.shape[1])
     pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     return PhotoBlock(
         sentence("figure_photo", e=evidence),
-        f"The {seen_in} of the sample with the traced walls and centreline of the crack",
+        f"The {evidence.outline.seen_in} of the sample with the traced walls and centreline of the crack",
         np.asarray(pixels, np.uint8),
     )
 
@@ -226,16 +224,6 @@ def _read_picture(path: Path) -> Pixels:
     if picture is None:
         raise InputError(f"{path}: the picture cannot be read. Draw it again with 'sealtwin digitise'.")
     return np.asarray(picture, np.uint8)
-
-
-def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
-    """Return the part of the overlay around the crack. Returns all of it if the photo's size was not recorded."""
-    if outline.photo_size_px is None:
-        return overlay
-    scale = overlay.shape[1] / outline.photo_size_px[0]
-    (left, top), (right, bottom) = np.maximum(outline.shown_px * scale, 0).astype(int)
-    rows, columns = slice(top, bottom + 1), slice(left, right + 1)
-    return overlay[rows, columns]
 
 
 SHOWN_HEALTH = (

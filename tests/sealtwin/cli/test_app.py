@@ -62,8 +62,8 @@ def test_the_demo_does_not_overwrite_files_of_the_user(tmp_path):
 @pytest.mark.parametrize(
     ("line", "named"),
     [
-        ("digitise photo.png --depth-mm 16 --ends '12;340' 1,2", "--ends"),
-        ("sweep study.toml --jobs 1.5", "--jobs: jobs = 1.5: should be a whole number"),
+        ("digitise photo.png --depth-mm 16 --ends 12 340 1 2", "--ends"),
+        ("sweep study.toml --jbs 2", "--jbs"),
     ],
 )
 def test_a_wrong_command_line_with_json_gives_the_error_as_json(line, named):

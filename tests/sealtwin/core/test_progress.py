@@ -18,12 +18,7 @@ def test_set_up_time_is_excluded_from_the_pace_of_progress():
     """Kernels compile for three minutes before the first of 1,400 frames, which once gave 70 hours left."""
     pace = Pace(1400)
     assert pace.left_s(1, 180.0) is None
-    assert pace.left_s(100, 180.0 + 9.9) is None, "less than a tenth"
     assert pace.left_s(141, 180.0 + 14.0) == pytest.approx(125.9)
-    # Steps of an earlier process do not count either.
-    again = Pace(100, done=50)
-    assert again.left_s(51, 10.0) is None
-    assert again.left_s(61, 20.0) == pytest.approx(39.0)
 
 
 def test_the_time_left_follows_the_pace_of_the_later_half_of_steps():
@@ -41,15 +36,21 @@ def test_a_progress_log_prints_the_expected_or_measured_time_left(capsys, clock)
         shown.advance(frames)
     lines = capsys.readouterr().err.splitlines()
     assert lines == ["Simulating", "Simulating: 0%.", "Simulating: 14%, about 120 s left."]
-    clock[0] = 0.0
+
+
+@pytest.mark.parametrize("expected", [True, False])
+@pytest.mark.parametrize("before", [0, 50])
+def test_no_time_left_is_printed_before_a_tenth_of_the_work_of_this_process(capsys, clock, before, expected):
+    """A study expects a time from the start, and samples of the fast model gave 0 s left for minutes."""
     shown = PlainProgress()
-    shown.start("Extra runs", 100)
-    shown.expect(600.0)
-    clock[0] = 20.0
-    shown.advance(1, "1 done")
-    clock[0] = 25.0
-    shown.advance(2, "too soon for a line")
-    assert capsys.readouterr().err.splitlines() == ["Extra runs", "Extra runs: 1%, about 10 min left. 1 done"]
+    shown.start("Running", 100, before)
+    if expected:
+        shown.expect(600.0)
+    for seconds, done in ((20.0, 1), (40.0, 4), (60.0, 11), (80.0, 40)):
+        clock[0] = seconds
+        shown.advance(before + done * (100 - before) // 100, "1 done")
+    lines = capsys.readouterr().err.splitlines()[1:]
+    assert ["left" in line for line in lines] == [False, False, True, True]
 
 
 @pytest.mark.parametrize(("time_s", "words"), [(7.4, "7 s"), (119, "119 s"), (700, "12 min"), (9000, "2.5 h")])
