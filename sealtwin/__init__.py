@@ -6,7 +6,10 @@ the unit. Faults that a user can correct are raised as ``SealtwinError``, usuall
 
 Functions take and return frozen records of NumPy arrays::
 
-    read_photo -> trace_crack -> build_solid -> plan_path -> inject -> measure_level -> compare -> write_report
+    read_photo -> trace_crack -> build_solid -> plan_path -> inject -> compare -> write_report
+
+Each result has the result from which it was computed: ``result.level``, ``level.run``, ``run.path``, ``path.solid``,
+``solid.crack``.
 """
 
 from importlib.util import find_spec
@@ -17,7 +20,7 @@ from sealtwin.core.errors import InputError as _InputError
 
 if TYPE_CHECKING:
     __version__: str
-    from sealtwin.api import InputError, NumericalError, Run, SealtwinError, Solid
+    from sealtwin.api import InputError, NumericalError, SealtwinError
     from sealtwin.api.levels import (
         LevelComparison,
         LevelReadings,
@@ -32,10 +35,10 @@ if TYPE_CHECKING:
         Nozzle,
         PlannedPath,
         SimulatedLevel,
+        SimulatedRun,
         Solver,
         fill_fast,
         inject,
-        measure_level,
         plan_path,
         release_block,
         write_robot_program,
@@ -43,6 +46,7 @@ if TYPE_CHECKING:
     from sealtwin.api.samples import (
         CrackOutline,
         SamplePhoto,
+        SampleSolid,
         build_solid,
         crack_from_polyline,
         crack_from_walls,
@@ -52,7 +56,7 @@ if TYPE_CHECKING:
         trace_crack,
     )
     from sealtwin.api.studies import CalibrationResult, SweepResult, calibrate, sweep, write_map
-    from sealtwin.api.trials import FlowPlan, TrialRun, plan_flow, run_trial
+    from sealtwin.api.trials import FlowPlan, TrialRun, open_run, plan_flow, run_trial
 
 
 def _require_own_packages() -> None:
@@ -90,11 +94,11 @@ __all__ = [
     "Nozzle",
     "NumericalError",
     "PlannedPath",
-    "Run",
     "SamplePhoto",
+    "SampleSolid",
     "SealtwinError",
     "SimulatedLevel",
-    "Solid",
+    "SimulatedRun",
     "Solver",
     "SweepResult",
     "TrialRun",
@@ -107,7 +111,7 @@ __all__ = [
     "import_dxf",
     "import_mesh",
     "inject",
-    "measure_level",
+    "open_run",
     "plan_flow",
     "plan_path",
     "plot_levels",

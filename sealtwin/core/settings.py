@@ -16,7 +16,7 @@ from pydantic_core import ErrorDetails
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.plain_files import read_text
-from sealtwin.core.settings_text import text_of_table
+from sealtwin.core.settings_text import OwnNames, text_of_table
 
 if TYPE_CHECKING:
     # Type checkers take the keywords and their types from the fields.
@@ -46,7 +46,7 @@ class _ByDefault:
         return "..."
 
 
-class Settings(BaseModel, metaclass=KeywordTables):
+class Settings(OwnNames, metaclass=KeywordTables):
     """Base class of the tables of a trial file. Each field has a docstring below it, and its unit in its name."""
 
     model_config = ConfigDict(
