@@ -60,7 +60,9 @@ def public(*kinds: type[Settings]) -> Callable[[Function], Function]:
         settings = [key for key in parameters if key in owners]
         entries = [entry_of(owners[key], key, parameters[key].default) for key in settings if key not in written]
         whole = signature.replace(parameters=[*parameters.values()])
-        flags = re.compile(rf"(?:\[?\b[a-z]+\.|--)({'|'.join(key.replace('_', '[-_]') for key in parameters)})\b\]?")
+        # A parenthesis that begins with a flag is for the command line, and a quoted command stays as it is.
+        names = "|".join(key.replace("_", "[-_]") for key in parameters)
+        other = re.compile(rf" \((?:as )?--[^)]*\)|('sealtwin [^']*')|(?:\[?\b[a-z]+\.|--)({names})\b\]?")
 
         @wraps(function)
         def call(*arguments: Any, **keywords: Any) -> Any:
@@ -80,7 +82,8 @@ def public(*kinds: type[Settings]) -> Callable[[Function], Function]:
             try:
                 return function(**values)
             except InputError as fault:
-                fault.args = (flags.sub(lambda flag: flag[1].replace("-", "_"), str(fault)),)
+                text = other.sub(lambda found: found[1] or (found[2] or "").replace("-", "_"), str(fault))
+                fault.args = (text if text.startswith(name) else f"{name}: {text}",)
                 raise
 
         call.__doc__ = "\n".join([head, *entries, "", "Returns", rest])
@@ -96,9 +99,9 @@ def _require_kind(function: str, name: str, value: object, annotation: Any) -> N
     kinds: list[Any] = [NUMBERS.get(part, get_origin(part) or part) for part in parts]
     if Any in kinds or not all(isinstance(kind, type) for kind in kinds) or isinstance(value, tuple(kinds)):
         return
-    kind = "None" if value is None else f"a {type(value).__name__}"
-    allowed = " or ".join(allowed.__name__ for allowed in kinds if allowed is not type(None))
-    raise InputError(f"{function}: {name} is {kind}; give a {allowed}.")
+    kind = "None" if value is None else f"of the class {type(value).__name__}"
+    allowed = dict.fromkeys(part.__name__ for part in parts if part is not type(None))
+    raise InputError(f"{function}: {name} is {kind}; give {' or '.join(allowed)}.")
 
 
 def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any], **others: Any) -> Table:

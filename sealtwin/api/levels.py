@@ -16,7 +16,7 @@ from sealtwin.api.runs import SimulatedLevel, SimulatedRun
 from sealtwin.api.samples import SampleSolid
 from sealtwin.core import files
 from sealtwin.core.arrays import HasSummary
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import DataKind, Profile
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
 from sealtwin.core.settings import checked
@@ -332,6 +332,9 @@ def plot_levels(
     from validate.figures.levels import draw_levels
     from validate.figures.theme import themed, wide_figure
 
+    if ax is not None and getattr(ax, "figure", None) is None:
+        raise InputError("plot_levels: ax does not belong to a figure; give axes of a figure, or omit ax.")
+
     with themed():
         sections = None if solid is None else solid.sections
         if ax is None:
@@ -345,10 +348,7 @@ def plot_levels(
             draw_levels(ax, level, sections, readings, result, **style)
             limits = Bbox.union([*before, ax.viewLim])
             ax.set(xlim=limits.intervalx, ylim=limits.intervaly)
-    figure = axes.get_figure()
-    if figure is None:
-        raise InputError("plot_levels: ax does not belong to a figure; give axes of a figure, or omit ax.")
-    return figure
+    return present(axes.get_figure(), "the figure")
 
 
 @public()

@@ -17,12 +17,12 @@ from sealtwin.core.progress import wanted
 from sealtwin.core.run_folder import look_into
 from sealtwin.core.settings import checked
 from sealtwin.plan import PlanOptions
+from sealtwin.trial.trial_file import Trial, load_trial
 from validate.result import TrialResult, read_result
 
 if TYPE_CHECKING:
     from sealtwin.api.runs import PlannedPath, SimulatedLevel, SimulatedRun
     from sealtwin.api.samples import CrackOutline, SampleSolid
-    from sealtwin.trial.trial_file import Trial
 
 
 @dataclass(frozen=True)
@@ -61,10 +61,8 @@ class TrialRun:
         return self.result.comparison and self.result.comparison.passed
 
     @cached_property
-    def trial(self) -> "Trial":
+    def trial(self) -> Trial:
         """Settings of the trial."""
-        from sealtwin.trial.trial_file import load_trial
-
         return load_trial(self.folder / "trial.toml")
 
     @cached_property
@@ -139,7 +137,7 @@ def open_run(folder: FilePath) -> TrialRun:
 
 @public()
 def run_trial(
-    trial: "FilePath | Mapping[str, Any] | Trial",
+    trial: FilePath | Mapping[str, Any] | Trial,
     *,
     out: FilePath | None = None,
     device: str = "cpu",
@@ -198,7 +196,6 @@ def run_trial(
     """
     from sealtwin.study.pipeline import run_trial
     from sealtwin.trial.job import STAGES
-    from sealtwin.trial.trial_file import Trial, load_trial
 
     home = Path(source or "")
     if isinstance(trial, Trial):

@@ -202,7 +202,10 @@ def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str,
     pydantic reports one error for each branch of a union. The errors for one value are merged into one sentence.
     """
     places: dict[str, list[ErrorDetails]] = {}
+    deeper = {error["loc"][:-1] for error in errors}
     for error in errors:
+        if error["type"] == "too_short" and error["loc"] in deeper:
+            continue  # The list is too short because its faulty values do not count
         # pydantic adds the name of a union's branch to the location of an error.
         parts = [part for part in error["loc"] if not re.fullmatch(BRANCH, str(part))]
         if error["type"] == "missing" and isinstance(parts[-1], int):

@@ -78,7 +78,7 @@ def test_a_verdict_needs_seven_stations_over_80_percent_without_large_gaps(s_mm,
     [
         ({"readings_data": "reconstructed", "role": "calibrated-on"}, "Calibrated on these reconstructed readings"),
         ({"photo_data": "synthetic"}, "The sample is synthetic."),
-        ({"role": "undeclared"}, "is not declared: set readings.role"),
+        ({"role": "undeclared"}, 'is not declared: give role = "held-out"'),
         (
             {"role": "calibrated-on", "fitted": FITTED, "basis": basis(16, 1.0, 5.0, enough=True)},
             "(fitted at 16 stations: viscosity weight (U), age at freezing, wall angle)",
