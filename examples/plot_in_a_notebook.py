@@ -14,7 +14,7 @@ import sealtwin as st
 
 crack = st.crack_from_polyline([(0, 20), (30, 22), (60, 18), (80, 20)], width_mm=3, face_mm=(80, 40), data="synthetic")
 solid = st.build_solid(crack, depth_mm=16, tilt="vertical", wall_angle_deg=0)
-path = st.plan_path(crack, solid, speed_mm_s=4, fill=0.8, trim_mm=10)
+path = st.plan_path(solid, speed_mm_s=4, fill=0.8, trim_mm=10)
 for record in (crack, solid, path):
     print(record)
 
@@ -30,7 +30,7 @@ rows = [
     [7, -1.6, -1.5, ""],
 ]
 columns = ["s [cm]", "depth 1 [mm]", "depth 2 [mm]", "remark"]
-readings = st.read_readings(rows, crack, solid, columns=columns, as_written=["D4"], data="synthetic")
+readings = st.read_readings(rows, solid, columns=columns, as_written=["D4"], data="synthetic")
 print(readings.s_mm, readings.level_mm)
 
 # %%
@@ -43,12 +43,13 @@ except st.InputError as fault:
 # %%
 # Levels of two pastes beside each other, on axes that you made. The level has the next colour of the axes, and the
 # title stays.
-levels = [st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=0.3, yield_stress_pa=each)) for each in (2, 6)]
+runs = [st.fill_fast(path, st.Fluid(viscosity_pa_s=0.3, yield_stress_pa=each)) for each in (2, 6)]
+results = [st.compare(run, readings) for run in runs]
 figure, row = plt.subplots(1, 2, figsize=(11, 4), sharey=True, layout="constrained")
-for ax, level, title in zip(row, levels, ("2 Pa", "6 Pa"), strict=True):
+for ax, result, title in zip(row, results, ("2 Pa", "6 Pa"), strict=True):
     ax.set_title(title)
-    st.plot_levels(level, readings, solid=solid, ax=ax, label="fast model")
+    st.plot_levels(result, ax=ax, label="fast model")
 
 # %%
 # The comparison of the second one. As the last line of a cell, a record is a table.
-st.compare(levels[1], readings, crack, solid)
+results[1]

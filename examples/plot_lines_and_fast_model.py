@@ -19,7 +19,7 @@ x_mm = np.linspace(0, 80, 60)
 line_mm = np.column_stack([x_mm, 20 + 3 * np.sin(x_mm / 12)])
 crack = st.crack_from_polyline(line_mm, width_mm=3, face_mm=(80, 40), data="synthetic")
 solid = st.build_solid(crack, depth_mm=16, tilt="vertical", wall_angle_deg=0)
-path = st.plan_path(crack, solid, speed_mm_s=4, fill=0.8, trim_mm=10)
+path = st.plan_path(solid, speed_mm_s=4, fill=0.8, trim_mm=10)
 print(crack, solid, path, sep="\n")
 
 # %%
@@ -34,6 +34,6 @@ _, ax = plt.subplots(figsize=(9, 4), layout="constrained")
 for yield_stress_pa in (2, 6, 18):
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always")
-        level = st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2, yield_stress_pa=yield_stress_pa))
-    st.plot_levels(level, solid=solid, ax=ax, label=f"{yield_stress_pa} Pa{', unfit' if doubts else ''}")
+        level = st.fill_fast(path, st.Fluid(viscosity_pa_s=2, yield_stress_pa=yield_stress_pa)).level
+    st.plot_levels(level, ax=ax, label=f"{yield_stress_pa} Pa{', unfit' if doubts else ''}")
     print(f"{yield_stress_pa} Pa: highest {level.level_mm.max():.2f} mm, {len(doubts)} reasons against the fast model")

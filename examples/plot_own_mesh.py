@@ -26,16 +26,16 @@ mesh = (block - slot.rotate((0.0, 0.0, 20.0)).translate((50.0, 20.0, 0.0))).to_m
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder, "sample.stl")
     trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts).export(file)
-    crack, solid = st.import_mesh(file, units="mm", data="synthetic")
+    solid = st.import_mesh(file, units="mm", data="synthetic")
+crack = solid.crack
 print(f"{crack.length_mm:.1f} mm long, {crack.mean_width_mm:.2f} mm wide, {solid.depth_mm:.1f} mm deep")
 
 # %%
 # From here on everything is as from a photo.
-path = st.plan_path(crack, solid, speed_mm_s=20, trim_mm=5, fill=0.9)
+path = st.plan_path(solid, speed_mm_s=20, trim_mm=5, fill=0.9)
 paste = st.Fluid(viscosity_pa_s=2.0, yield_stress_pa=10)
-run = st.inject(crack, solid, path, paste, solver=st.Solver(radius_mm=0.8), device="cpu")
-level = st.measure_level(run, crack, solid)
-st.plot_levels(level, solid=solid)
+run = st.inject(path, paste, solver=st.Solver(radius_mm=0.8), device="cpu")
+st.plot_levels(run)
 
 # %%
 # The walls as they were found in the mesh, with the nozzle's path between them.

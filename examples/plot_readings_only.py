@@ -18,7 +18,7 @@ import sealtwin as st
 FIXTURE = Path(__file__).resolve().parents[1] / "fixtures" / "paper-trial"
 readings = st.read_readings(FIXTURE / "caliper.csv", data="reconstructed")
 print(readings.dialect)
-st.plot_levels(readings=readings)
+st.plot_levels(readings)
 
 # %%
 # The scatter of the repeats: one standard deviation at each station, and pooled over all of them.

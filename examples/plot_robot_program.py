@@ -21,7 +21,7 @@ markers = tomllib.loads((FIXTURE / "trial.toml").read_text(encoding="utf-8"))["p
 photo = st.read_photo(FIXTURE / "photo.jpg", face_mm=(160, 40), markers=markers, data="synthetic")
 crack = st.trace_crack(photo, ends_px=[(719.3, 658.4), (1402.7, 258.9)])
 solid = st.build_solid(crack, depth_mm=16, tilt="vertical")
-path = st.plan_path(crack, solid, speed_mm_s=8, volume_ml=2.5, lead_in_mm=5, lead_out_mm=5, ramp_mm=3)
+path = st.plan_path(solid, speed_mm_s=8, volume_ml=2.5, lead_in_mm=5, lead_out_mm=5, ramp_mm=3)
 
 # %%
 # The cell: three points of the face, counted from its lower left corner, as the robot found them; the box that the tip
@@ -40,7 +40,7 @@ cell = {
     "urscript": {"blend_mm": 0.4, "dispenser": "digital", "port": 0},
 }
 with tempfile.TemporaryDirectory() as folder:
-    written = st.write_robot_program(folder, crack, path, cell, name="My sample")
+    written = st.write_robot_program(folder, path, cell, name="My sample")
     print([file.name for file in written])
     print(written[1].read_text(encoding="utf-8")[:900])
 

@@ -22,8 +22,8 @@ x_mm = np.linspace(0, 80, 200)
 line_mm = np.column_stack([x_mm, 14 + 8 * np.sin(x_mm / 25) + 2 * np.sin(x_mm / 7)])
 crack = st.crack_from_polyline(line_mm, width_mm=5, face_mm=(80, 40), data="synthetic")
 solid = st.build_solid(crack, depth_mm=16, tilt="vertical", wall_angle_deg=0)
-path = st.plan_path(crack, solid, speed_mm_s=4, fill=0.7, trim_mm=10)
-truth = st.fill_fast(crack, solid, path, st.Fluid(viscosity_pa_s=2, yield_stress_pa=4))
+path = st.plan_path(solid, speed_mm_s=4, fill=0.7, trim_mm=10)
+truth = st.fill_fast(path, st.Fluid(viscosity_pa_s=2, yield_stress_pa=4)).level
 
 # %%
 # The emulated scanner sees a point every 0.3 mm, with a noise of 0.05 mm. One point in 200 is an outlier. The sealant
@@ -46,7 +46,7 @@ scan_mm = turn.apply(np.column_stack([points_mm, height_mm])[seen]) + np.array([
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder, "bed.xyz")
     np.savetxt(file, scan_mm, fmt="%.4f")
-    readings = st.read_readings(file, crack, solid, placement={"units": "mm"}, data="synthetic")
+    readings = st.read_readings(file, solid, placement={"units": "mm"}, data="synthetic")
 print(readings.dialect)
 
 # %%

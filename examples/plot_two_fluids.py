@@ -19,7 +19,7 @@ FIXTURE = Path(__file__).resolve().parents[1] / "fixtures" / "paper-trial"
 photo = st.read_photo(FIXTURE / "photo.jpg", mm_per_px=0.1, data="synthetic")
 crack = st.trace_crack(photo, ends_px=[(719, 658), (1403, 259)])
 solid = st.build_solid(crack, depth_mm=8, tilt="vertical")
-path = st.plan_path(crack, solid, speed_mm_s=20, fill=0.7)
+path = st.plan_path(solid, speed_mm_s=20, fill=0.7)
 
 # %%
 # Viscosities in Pa s, stresses in Pa.
@@ -30,14 +30,13 @@ fluids = {
 solver = st.Solver(radius_mm=0.75, settle_s=0.5)
 levels = {}
 for name, fluid in fluids.items():
-    run = st.inject(crack, solid, path, fluid, solver=solver, device="cpu")
-    levels[name] = st.measure_level(run, crack, solid)
+    levels[name] = st.inject(path, fluid, solver=solver, device="cpu").level
 
 # %%
 # Any axes of matplotlib can be drawn on.
 figure, axes = plt.subplots(2, sharex=True, figsize=(9, 6), layout="constrained")
 for ax, (name, level) in zip(axes, levels.items(), strict=True):
-    st.plot_levels(level, solid=solid, ax=ax)
+    st.plot_levels(level, ax=ax)
     ax.set_title(name, pad=24)
 
 # %%

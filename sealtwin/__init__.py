@@ -6,14 +6,17 @@ the unit. Faults that a user can correct are raised as ``SealtwinError``, usuall
 
 Functions take and return frozen records of NumPy arrays::
 
-    read_photo -> trace_crack -> build_solid -> plan_path -> inject -> measure_level -> compare -> write_report
+    read_photo -> trace_crack -> build_solid -> plan_path -> inject -> compare -> write_report
+
+Each result has the result from which it was computed: ``result.level``, ``level.run``, ``run.path``, ``path.solid``,
+``solid.crack``.
 """
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
-    from sealtwin.api import InputError, NumericalError, Run, SealtwinError, Solid
+    from sealtwin.api import InputError, NumericalError, SealtwinError
     from sealtwin.api.levels import (
         LevelComparison,
         LevelReadings,
@@ -28,10 +31,10 @@ if TYPE_CHECKING:
         Nozzle,
         PlannedPath,
         SimulatedLevel,
+        SimulatedRun,
         Solver,
         fill_fast,
         inject,
-        measure_level,
         plan_path,
         release_block,
         write_robot_program,
@@ -39,6 +42,7 @@ if TYPE_CHECKING:
     from sealtwin.api.samples import (
         CrackOutline,
         SamplePhoto,
+        SampleSolid,
         build_solid,
         crack_from_polyline,
         crack_from_walls,
@@ -48,7 +52,7 @@ if TYPE_CHECKING:
         trace_crack,
     )
     from sealtwin.api.studies import CalibrationResult, SweepResult, calibrate, sweep, write_map
-    from sealtwin.api.trials import FlowPlan, TrialRun, plan_flow, run_trial
+    from sealtwin.api.trials import FlowPlan, TrialRun, open_run, plan_flow, run_trial
 
 __all__ = [
     "BlockRelease",
@@ -62,11 +66,11 @@ __all__ = [
     "Nozzle",
     "NumericalError",
     "PlannedPath",
-    "Run",
     "SamplePhoto",
+    "SampleSolid",
     "SealtwinError",
     "SimulatedLevel",
-    "Solid",
+    "SimulatedRun",
     "Solver",
     "SweepResult",
     "TrialRun",
@@ -79,7 +83,7 @@ __all__ = [
     "import_dxf",
     "import_mesh",
     "inject",
-    "measure_level",
+    "open_run",
     "plan_flow",
     "plan_path",
     "plot_levels",

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pydantic import Field
 
-from sealtwin.core.records import Floats, HasSummary
+from sealtwin.core.arrays import Floats, HasSummary, ReadOnly
 from sealtwin.core.settings import Settings
 
 
@@ -34,8 +34,8 @@ class FluidBlock(Settings):
         return 2 * (self.length_mm + self.height_mm) if self.ahead_mm is None else self.ahead_mm
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class BlockRelease(HasSummary):
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class BlockRelease(ReadOnly, HasSummary):
     """Flow of a block of fluid after its gate is removed."""
 
     t_s: Floats

@@ -38,8 +38,8 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
     level is the floor. Gaps of up to a particle's diameter, in a column or between columns, are closed. For a run of
     the fast model, returns the level that the model has computed. Raises NumericalError if a position is not finite.
     """
-    if isinstance(run, Run) and run.level is not None:
-        return run.level
+    if isinstance(run, Run) and run.fast_level is not None:
+        return run.fast_level
     if not np.isfinite(run.position_mm).all():
         index = int(np.argmin(np.isfinite(run.position_mm).all(axis=1)))
         raise NumericalError(f"Particle {index} has no finite position: {run.position_mm[index]}. There is no profile.")

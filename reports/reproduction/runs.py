@@ -20,6 +20,9 @@ from sealtwin.study.study_folder import FILL, read_plan, run_path
 from sealtwin.study.study_map import map_study, read_fill
 from sealtwin.trial.job import NUMBERS, numbers_up_to
 from sealtwin.trial.trial_file import load_trial
+from simulate.pour import Pour
+from simulate.run import fill
+from validate.compare import compare
 from validate.figures.chart import pace_of
 from validate.figures.levels import draw_histogram
 from validate.figures.map_page import Fill, draw_cost, draw_fills
@@ -123,7 +126,8 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
     for name in MAPPED:
         shutil.copyfile(mapped.folder / "figures" / f"{name}.svg", figures / f"{name}.svg")
     chosen = next(run for run in mapped.chart.runs if run.values == CHOSEN)
-    comparison = st.compare(chosen.profile, mapped.chart.readings, sample.outline, sample.solid)
+    levels = chosen.profile, mapped.chart.readings
+    comparison = compare(*levels, sample.outline, sample.solid, role="undeclared", photo_data="undeclared")
     trial = load_trial(TRIAL)
     size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.size_mm
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, nozzle_mm)
@@ -171,7 +175,7 @@ def _straight(path: Path, fluid: st.Fluid, narrower: int) -> dict[str, Any]:
     width_mm = 3.1 / narrower
     crack = st.crack_from_polyline([(0.0, 0.0), (40.0, 0.0)], width_mm)
     solid = st.build_solid(crack, 16.0, tilt="vertical")
-    trajectory = st.plan_path(crack, solid, volume_ml=2.4 / narrower, speed_mm_s=4.0, trim_mm=5.0)
+    trajectory = st.plan_path(solid, volume_ml=2.4 / narrower, speed_mm_s=4.0, trim_mm=5.0)
     solver, nozzle = st.Solver(radius_mm=width_mm / 8, settle_s=0.0), st.Nozzle(diameter_mm=2.4 / narrower)
     return _timed(path, Sample(crack, solid, trajectory), fluid, solver, nozzle)
 
@@ -183,7 +187,7 @@ def _timed(path: Path, sample: Sample, fluid: st.Fluid, solver: st.Solver, nozzl
     path = path.with_name(f"{path.name}-{stage_key({}, settings, numbers_up_to('simulate'))}.json")
     if not path.is_file():
         began_s = time.process_time()
-        run = st.inject(sample.outline, sample.solid, sample.trajectory, fluid, solver=solver, nozzle=nozzle)
+        run, _ = fill(Pour(sample, (fluid,), solver, nozzle))
         took_s = time.process_time() - began_s
         path.parent.mkdir(parents=True, exist_ok=True)
         size = {"particles": len(run.position_mm), "frames": run.health.frames}

@@ -6,33 +6,35 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import InstanceOf
 
-from sealtwin.api import (
-    FilePath,
-    content_of,
-    file_of,
-    of_one_crack,
-    require_kinds,
-    settings_from,
-    sha256_of,
-    warn,
-)
-from sealtwin.api.runs import PlannedPath, SimulatedLevel
-from sealtwin.api.samples import CrackOutline
+from sealtwin.api import FilePath, Points, content_of, file_of, public, settings_from, sha256_of, warn
+from sealtwin.api.runs import SimulatedLevel, SimulatedRun
+from sealtwin.api.samples import SampleSolid
 from sealtwin.core import files
-from sealtwin.core.errors import InputError
-from sealtwin.core.records import DataKind, HasSummary, Outline, Profile, Run, Sections, Solid
+from sealtwin.core.arrays import HasSummary
+from sealtwin.core.errors import InputError, present
+from sealtwin.core.records import DataKind, Profile
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
 from sealtwin.core.settings import checked
-from sealtwin.core.settings_text import keywords_of
+from sealtwin.scan.settings import Placement
 from sealtwin.trial.job import NUMBERS, OVERLAY, STRAIGHT
-from validate.result import Comparison
-from validate.settings import Gate, Readings, Role, Uncertainty
+from validate.result import Comparison, Evidence, ReadingsSheet, provenance
+from validate.settings import (
+    Datum,
+    Decimal,
+    Gate,
+    Quantity,
+    Readings,
+    Role,
+    Rounding,
+    Separator,
+    Uncertainty,
+    Unit,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +46,10 @@ OF_A_FILE = ("sheet", "separator", "decimal", "unit")
 """Keywords that describe the format of a file. They do not apply to an array."""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+SAME_MM = 1e-3  # Walls and areas that differ by less are equal. Run folders round to five decimals
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
@@ -52,22 +57,46 @@ class LevelReadings(Profile):
     contains the single readings. A missing reading is NaN. ``scan`` has figures and heights of a scan.
     """
 
+    solid: SampleSolid | None
+    """Solid with the crack along which the readings were taken. None if it was not given."""
     settings: Readings
     """Declared settings: how the readings were taken."""
     sha256: str
     """SHA-256 hash of the file, or of the array's bytes."""
 
 
-@keywords_of(Readings, without=("file", "scan"))
+class ReadingsKeywords(TypedDict, total=False):
+    """Settings of [readings] that a function accepts."""
+
+    sheet: str | None
+    sample: str | None
+    separator: Separator | None
+    decimal: Decimal | None
+    quantity: Quantity | None
+    unit: Unit | None
+    as_written: Sequence[str] | None
+    datum: Datum
+    datum_level_mm: float | None
+    placement: Placement | Mapping[str, Any] | None
+    fitted: Sequence[str] | None
+    state: Literal["wet", "cured"] | None
+    shrinkage_percent: float | None
+    resolution_mm: float
+    rounding: Rounding | None
+    limit_mm: float | None
+    probe_mm: float | None
+    datum_error_mm: float | None
+
+
+@public(Readings)
 def read_readings(
-    readings: FilePath | NDArray[np.floating[Any]] | Sequence[Sequence[float]],
-    crack: Outline | None = None,
-    solid: Solid | None = None,
+    readings: FilePath | Points | Sequence[Sequence[Any]],
+    solid: SampleSolid | None = None,
     *,
     columns: Sequence[str] | Mapping[str, Any] | None = None,
     data: DataKind = "undeclared",
     role: Role = "undeclared",
-    **keywords: Any,
+    **keywords: Unpack[ReadingsKeywords],
 ) -> LevelReadings:
     """Read caliper readings. If information is missing, an error names the keyword to give; nothing is guessed.
 
@@ -83,9 +112,9 @@ def read_readings(
     columns
         For an array or a list: the column names as in the header of a sheet, for example ``["s_cm", "depth 1 [mm]",
         "remark"]``. The rows are then read as a sheet. For a file: the table [readings.columns].
-    crack, solid
-        The crack and its solid. A station outside the crack or a level outside the solid is an error. Without ``crack``
-        or ``solid``, stations or levels are not checked. A scan needs both.
+    solid
+        The solid. A station outside its crack or a level outside the solid is an error. Without ``solid``, stations and
+        levels are not checked. A scan needs it.
 
     Returns
     -------
@@ -108,7 +137,6 @@ def read_readings(
     >>> readings.level_mm
     array([-2.1, -1.1, -2.1])
     """
-    arguments = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
     from validate.readings.grid import SheetFaults
     from validate.readings.read_readings import read_readings as from_file
@@ -120,17 +148,15 @@ def read_readings(
     file = file_of(readings, "readings") if isinstance(readings, str | PathLike) else None
     names = None if columns is None or isinstance(columns, Mapping) else list(columns)
     kind = "file" if keywords.get("placement") is None else "scan"
-    replaced = {kind: file or Path("readings"), "columns": columns if names is None else None}
-    settings = settings_from(Readings, "read_readings", arguments, **replaced)
-    # Readings remain valid for another solid of the same crack.
-    made_of = of_one_crack("read_readings", crack, solid)[:1]
-    limits_mm = None if crack is None else crack.length_mm, None if solid is None else solid.depth_mm
+    others = {kind: file or Path("readings"), "columns": columns if names is None else None, "data": data, "role": role}
+    settings = settings_from(Readings, "read_readings", keywords, **others)
+    limits_mm = (None, None) if solid is None else (solid.crack.length_mm, solid.depth_mm)
     try:
         if file is None:
             grid, digest = _sheet_of(readings, names, keywords)
             profile = readings_of(grid, settings, *limits_mm)
         elif names is None:
-            sample = None if crack is None or solid is None else Filling(crack, solid)
+            sample = None if solid is None else Filling(solid.crack, solid)
             profile, digest = from_file(file, settings, *limits_mm, sample), sha256_of(file)
         else:
             raise InputError(
@@ -139,9 +165,8 @@ def read_readings(
     except SheetFaults as fault:
         raise InputError("\n".join(doubt.in_words("python") for doubt in fault.doubts)) from None
     doubts = tuple(doubt.in_words("python") for doubt in profile.questions)
-    profile = replace(profile, doubts=doubts, made_of=made_of)
-    warn(profile.doubts)
-    return LevelReadings(**content_of(profile), settings=settings, sha256=digest)
+    warn(doubts)
+    return LevelReadings(**content_of(replace(profile, doubts=doubts)), solid=solid, settings=settings, sha256=digest)
 
 
 def _sheet_of(rows: Any, names: list[Any] | None, keywords: Mapping[str, Any]) -> "tuple[Grid, str]":
@@ -178,16 +203,10 @@ class LevelComparison(HasSummary, Comparison):
     ``findings`` and ``baselines``.
     """
 
-    level: InstanceOf[Profile]
+    level: InstanceOf[SimulatedLevel]
     """The simulated level."""
-    readings: InstanceOf[Profile]
+    readings: InstanceOf[LevelReadings]
     """The readings."""
-    settings: Readings
-    """Declared settings: how the readings were taken."""
-    declared: Uncertainty
-    """Declared standard uncertainties of the inputs."""
-    sections: InstanceOf[Sections]
-    """Cross-sections of the cavity along the crack, for plots."""
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -200,25 +219,23 @@ class LevelComparison(HasSummary, Comparison):
         }
 
 
+@public()
 def compare(
-    level: Profile,
-    readings: Profile,
-    crack: Outline,
-    solid: Solid,
+    run: SimulatedRun | SimulatedLevel,
+    readings: LevelReadings,
     *,
-    gate_mm: float | None = None,
-    gate_reason: str = "",
-    uncertainty: Mapping[str, float] | None = None,
+    gate: Mapping[str, Any] | None = None,
+    uncertainty: Mapping[str, Any] | None = None,
 ) -> LevelComparison:
     """Compare a simulated level with readings, over the part of the crack that both cover.
 
     Parameters
     ----------
-    level, readings, crack, solid
-        Results of the other functions. ``readings`` may also be a ``Profile``; nothing is then declared about them.
-    gate_mm, gate_reason
-        Largest allowed mean error in mm, declared before the run, and the reason for it. Without a gate, the comparison
-        neither passes nor fails.
+    run, readings
+        The run, or its level, and the readings.
+    gate
+        Limit that was declared before the run, with the names of the table [gate], for example ``{"mean_error_mm":
+        1.5, "reason": "water must run off"}``. Without a gate, the comparison neither passes nor fails.
     uncertainty
         Standard uncertainties of the inputs, with the names of the table [uncertainty], for example
         ``{"station_mm": 1.0}``. Inputs without an uncertainty are not included, and the report lists them.
@@ -231,79 +248,58 @@ def compare(
     Raises
     ------
     InputError
-        The curves do not overlap, a value is out of bounds, or the readings contradict a declared error.
+        The readings belong to another solid, the curves do not overlap, a value is out of bounds, or the readings
+        contradict a declared error.
 
     Examples
     --------
-    ``crack``, ``solid``, ``level`` and ``readings`` are from the examples of ``fill_fast`` and ``read_readings``.
+    ``run`` and ``readings`` are from the examples of ``fill_fast`` and ``read_readings``.
 
-    >>> result = st.compare(level, readings, crack, solid)
+    >>> result = st.compare(run, readings)
     >>> low_mm, high_mm = result.interval_95_mm
     >>> bool(low_mm < result.mean_error_mm < high_mm)
     True
     """
-    from validate.compare import compare, error_uncertainty
-    from validate.metrics.verdict import flat_levels
-    from validate.uncertainty.meniscus import Mouth
+    from validate.compare import assess
 
-    of_one_crack("compare", level, readings, crack, solid)
-    if gate_mm is not None and not 0 < gate_mm < np.inf:
-        raise InputError(f"compare: gate_mm = {gate_mm} mm, but it must be above 0.")
-    for argument, value in (("level", level), ("readings", readings)):
-        if not isinstance(value, Profile) or (isinstance(value, LevelReadings) and argument == "level"):
-            raise InputError(
-                f"compare: {argument} is a {type(value).__name__}; give the simulated level first, then the readings."
-            )
-    if isinstance(readings, LevelReadings):
-        settings = readings.settings
-    else:
-        settings = Readings(file=Path(readings.source or "readings"), data=readings.data, role="undeclared")
+    level = run.level if isinstance(run, SimulatedRun) else run
+    solid = level.run.path.solid
+    if readings.solid is not None and not _are_equal(readings.solid, solid):
+        raise InputError(
+            f"compare: readings belong to {readings.solid} with {readings.solid.crack}, but run to {solid} with "
+            f"{solid.crack}. Read the readings again, with solid=run.path.solid."
+        )
     declared = checked(Uncertainty, Path("compare: uncertainty"), uncertainty or {})
-    density_kg_m3, dispensed_mm3, escaped = None, 0.0, 0
-    if isinstance(level, SimulatedLevel):
-        density_kg_m3, dispensed_mm3, escaped = level.density_kg_m3, level.dispensed_mm3, level.escaped_particles
-    mouth = Mouth.of(crack, solid, density_kg_m3)
-    comparison = compare(
-        level,
-        readings,
-        crack,
-        solid,
-        role=settings.role,
-        fitted=settings.fitted,
-        photo_data=crack.data if isinstance(crack, CrackOutline) else "undeclared",
-        gate=None if gate_mm is None else Gate(mean_error_mm=float(gate_mm), reason=gate_reason),
-        escaped_particles=escaped,
-        uncertainty=error_uncertainty(level, readings, mouth, settings, declared),
-        unseen=flat_levels(readings, crack, solid, dispensed_mm3),
-    )
-    return LevelComparison(
-        **dict(comparison),
-        level=level,
-        readings=readings,
-        settings=settings,
-        declared=declared,
-        sections=solid.sections,
-    )
+    limit = None if gate is None else checked(Gate, Path("compare: gate"), gate)
+    evidence = _evidence_of(level, readings, name="compare", provenance={})
+    comparison = assess(evidence, readings.settings, declared, None, limit)
+    return LevelComparison(**dict(comparison), level=level, readings=readings)
 
 
+def _are_equal(first: SampleSolid, second: SampleSolid) -> bool:
+    """Return True if two solids have equal cracks and cavities, apart from rounding."""
+    lines = [
+        [*vars(solid.sections).values(), solid.crack.left_wall_mm, solid.crack.right_wall_mm]
+        for solid in (first, second)
+    ]
+    pairs = [pair for pair in zip(*lines, strict=True) if pair[0] is not None and pair[1] is not None]
+    return all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=SAME_MM) for a, b in pairs)
+
+
+@public()
 def plot_levels(
-    level: Profile | None = None,
-    readings: Profile | None = None,
-    result: LevelComparison | None = None,
+    shown: SimulatedRun | SimulatedLevel | LevelReadings | LevelComparison,
     *,
-    solid: Solid | None = None,
     ax: "Axes | None" = None,
     label: str = "simulated",
 ) -> "Figure | SubFigure":
-    """Plot levels along the crack: the simulated level, the readings, or both.
+    """Plot levels along the crack, with its floor: the simulated level, the readings, or both.
 
     Parameters
     ----------
-    level, readings, result
-        The simulated level, the readings, or both. ``result`` adds the 95 % band of the readings. It also adds the best
-        flat level, unless the readings were held out.
-    solid
-        Solid whose floor is drawn. Default: the solid of ``result``.
+    shown
+        A run or its level, readings, or the result of ``compare``. A result also has the 95 % band of the readings and
+        the best flat level, unless the readings were held out.
     ax
         matplotlib axes to draw on. Default: the axes of a new figure that pyplot does not manage. On existing axes, the
         level has the next colour of the colour cycle, the limits never shrink, and the title is kept.
@@ -318,50 +314,47 @@ def plot_levels(
     Raises
     ------
     InputError
-        There is nothing to draw.
+        ``ax`` belongs to no figure.
 
     Examples
     --------
-    ``level``, ``readings`` and ``result`` are from the example of ``compare``.
+    ``result`` is from the example of ``compare``.
 
-    >>> figure = st.plot_levels(level, readings, result)
+    >>> figure = st.plot_levels(result)
     >>> figure.savefig("levels.svg")
     """
-    if level is None and readings is None:
-        raise InputError("plot_levels: there is nothing to draw; give level, readings or both.")
-    of_one_crack("plot_levels", level, readings, *([] if result is None else [result.level, result.readings]), solid)
-    if level is not None and result is not None and not np.array_equal(result.level.level_mm, level.level_mm):
-        raise InputError("plot_levels: result compares a different level; give the level that was compared.")
+    result = shown if isinstance(shown, LevelComparison) else None
+    level, readings = (None, shown) if isinstance(shown, LevelReadings) else (shown, None)
+    if isinstance(level, LevelComparison):
+        level, readings = level.level, level.readings
+    level = level.level if isinstance(level, SimulatedRun) else level
+    solid = level.run.path.solid if level is not None else None if readings is None else readings.solid
     from validate.figures.levels import draw_levels
     from validate.figures.theme import themed, wide_figure
 
+    if ax is not None and getattr(ax, "figure", None) is None:
+        raise InputError("plot_levels: ax does not belong to a figure; give axes of a figure, or omit ax.")
+
     with themed():
-        sections = solid.sections if solid is not None else result.sections if result is not None else None
-        compared = result if readings is not None else None
+        sections = None if solid is None else solid.sections
         if ax is None:
             axes = wide_figure(3.9).add_subplot()
-            draw_levels(axes, level, sections, readings, compared, label=label)
+            draw_levels(axes, level, sections, readings, result, label=label)
         else:
             from matplotlib.transforms import Bbox
 
             axes, before = ax, [ax.viewLim.frozen()] if ax.has_data() else []
             style = {"title": None, "colour": ax.plot([], [])[0].get_color(), "label": label}
-            draw_levels(ax, level, sections, readings, compared, **style)
+            draw_levels(ax, level, sections, readings, result, **style)
             limits = Bbox.union([*before, ax.viewLim])
             ax.set(xlim=limits.intervalx, ylim=limits.intervaly)
-    figure = axes.get_figure()
-    if figure is None:
-        raise InputError("plot_levels: ax does not belong to a figure; give axes of a figure, or omit ax.")
-    return figure
+    return present(axes.get_figure(), "the figure")
 
 
+@public()
 def write_report(
     folder: FilePath,
-    crack: CrackOutline,
-    solid: Solid,
-    path: PlannedPath,
-    run: Run | SimulatedLevel,
-    result: LevelComparison | None = None,
+    shown: LevelComparison | SimulatedRun,
     *,
     name: str | None = None,
     note: str = "",
@@ -373,9 +366,8 @@ def write_report(
     ----------
     folder
         Folder for the files. Files of an earlier call are replaced.
-    crack, solid, path, run, result
-        Results of the other functions. ``run`` may be the result of ``fill_fast``. Without ``result``, the report shows
-        only the simulation.
+    shown
+        The result of ``compare``, or a run. The report of a run shows only the simulation.
     name, note
         Title of the report (default: the folder's name), and a note that a reader of the report must know.
     pdf
@@ -389,62 +381,70 @@ def write_report(
     Raises
     ------
     InputError
-        ``result`` does not compare the level of ``run``. ``path`` was not made by ``plan_path``, or ``crack`` was not
-        made by ``trace_crack`` or ``import_mesh``. Or the folder is a run folder, whose report 'sealtwin validate'
-        writes.
+        The crack has no photo, because it was unpickled or is from a run folder. Or the folder is a run folder, whose
+        report 'sealtwin validate' writes.
 
     Examples
     --------
-    ``crack``, ``solid``, ``path``, ``level`` and ``result`` are from the examples of ``fill_fast`` and ``compare``.
+    ``result`` is from the example of ``compare``.
 
-    >>> page = st.write_report("report", crack, solid, path, level, result)
+    >>> page = st.write_report("report", result)
     >>> page.name
     'report.html'
     """
-    from digitise.trajectory import with_path
     from digitise.walls.overlay import draw_overlay, straight_view
-    from simulate.profile import measure_profile, volume_ratio
-    from validate.compare import assess
     from validate.report.write_report import REPORT
     from validate.report.write_report import write_report as write_pages
-    from validate.result import Evidence, ReadingsSheet, provenance
 
-    run = run.run if isinstance(run, SimulatedLevel) else run
-    require_kinds("write_report", crack=(crack, CrackOutline), path=(path, PlannedPath), run=(run, Run))
-    level, readings = (None, None) if result is None else (result.level, result.readings)
-    of_one_crack("write_report", crack, solid, path, run, level, readings)
+    result, level = (None, shown.level) if isinstance(shown, SimulatedRun) else (shown, shown.level)
+    path, readings = level.run.path, None if result is None else result.readings
+    crack = path.solid.crack
+    if (photo := crack.photo) is None:
+        raise InputError(
+            "write_report: shown has a crack without its photo, since a pickle and a run folder do not contain it. "
+            "Trace the crack again."
+        )
     target = Path(folder)
     require_folder(target)
     if (target / MANIFEST).is_file():
         raise InputError(f"{target} is a run folder, whose report 'sealtwin validate' writes. Give another folder.")
-    profile = measure_profile(run, crack, solid)
-    if level is not None and not np.array_equal(level.level_mm, profile.level_mm):
-        raise InputError("write_report: result compares the level of a different run; give the run that was compared.")
-    sheet, facts = None, {crack.photo.file.name: f"sha256 {crack.sha256}"}
-    if isinstance(readings, LevelReadings):
+    sheet, facts = None, {photo.file.name: f"sha256 {crack.sha256}"}
+    if readings is not None:
         sheet = ReadingsSheet(name=readings.source, sha256=readings.sha256, operator=None, date=None)
         facts[readings.source] = f"sha256 {readings.sha256}"
     facts["written"] = datetime.now(UTC).isoformat(timespec="seconds")
-    files.write_png(target / OVERLAY, draw_overlay(crack.photo, crack, path))
-    files.write_png(target / STRAIGHT, straight_view(crack.photo, crack))
-    evidence = Evidence(
+    files.write_png(target / OVERLAY, draw_overlay(photo, crack, path))
+    files.write_png(target / STRAIGHT, straight_view(photo, crack))
+    evidence = _evidence_of(
+        level,
+        readings,
+        target,
         name=name or target.resolve().name,
         note=note,
+        provenance=provenance(facts, level.run.device, level.run.settings.get("seed"), versions(), NUMBERS),
+        sheet=sheet,
+        comparison=result,
+    )
+    write_pages(target, evidence, pdf=pdf)
+    return target / REPORT[0]
+
+
+def _evidence_of(level: SimulatedLevel, readings: LevelReadings | None, folder: Path = Path(), **more: Any) -> Evidence:
+    from digitise.trajectory import with_path
+    from simulate.profile import volume_ratio
+
+    run, path = level.run, level.run.path
+    solid, crack = path.solid, path.solid.crack
+    return Evidence(
         outline=crack,
         solid=with_path(solid, path, crack, path.settings),
         trajectory=path,
         run=run,
-        profile=profile,
+        profile=level,
         readings=readings,
         volume_ratio=float(run.health.volume_ratio or volume_ratio(run, solid)),
-        overlay_path=target / OVERLAY,
-        straight_path=target / STRAIGHT,
+        overlay_path=folder / OVERLAY,
+        straight_path=folder / STRAIGHT,
         photo_data=crack.data,
-        provenance=provenance(facts, run.device, run.settings.get("seed"), versions(), NUMBERS),
-        sheet=sheet,
+        **more,
     )
-    if result is not None:
-        comparison = assess(evidence, result.settings, result.declared, None, result.gate)
-        evidence = replace(evidence, comparison=comparison)
-    write_pages(target, evidence, pdf=pdf)
-    return target / REPORT[0]

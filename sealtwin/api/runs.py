@@ -1,25 +1,37 @@
 """Plan the nozzle's path over a crack, write its robot program, compute the fluid run, and measure the level."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, Required, TypedDict, Unpack
+
+from pydantic import Field
 
 from digitise.robots.cell import ProgramOptions
 from digitise.settings import NozzlePath
-from sealtwin.api import FilePath, content_of, of_one_crack, require_kinds, settings_from, shown_progress, warn
+from sealtwin.api import FilePath, content_of, public, settings_from, shown_progress, warn
+from sealtwin.api.samples import SampleSolid
+from sealtwin.core import records
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
-from sealtwin.core.records import Origins, Outline, Profile, Run, Sample, Solid, Trajectory
-from sealtwin.core.settings import checked, doubts_of
-from sealtwin.core.settings_text import keywords_of
+from sealtwin.core.records import Profile, Sample, Trajectory
+from sealtwin.core.settings import Settings, checked, doubts_of
 from simulate.block import BlockRelease, FluidBlock
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 
-SEEDS = 2**31
+
+class Seeded(Settings):
+    """Settings of a particle run that are not in a table of a trial file."""
+
+    seed: int = Field(default=0, ge=0, lt=2**31)
+    """Seed of the small random offsets of particles."""
+    threads: int | None = Field(default=None, ge=1)
+    """Number of CPU threads, on which the result does not depend. Default: one per core, up to 8. On a GPU, it must be
+    1."""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PlannedPath(Trajectory):
     """A timed nozzle path: what ``plan_path`` returns.
 
@@ -27,6 +39,8 @@ class PlannedPath(Trajectory):
     row are valid until the time of the next row. They are 0 in the last row.
     """
 
+    solid: SampleSolid
+    """Solid with the crack that the path follows."""
     settings: NozzlePath
     """Settings with which the path was planned."""
 
@@ -36,18 +50,34 @@ class PlannedPath(Trajectory):
         return doubts_of(self.settings)
 
 
-@keywords_of(NozzlePath, without=("weighed", "plan"))
+class PathKeywords(TypedDict, total=False):
+    """Settings of [path] that a function accepts."""
+
+    volume_ml: float | Literal["cavity"]
+    fill: float
+    flow: Literal["constant", "cross_section"]
+    reverse: bool
+    trim_mm: float | Sequence[float]
+    ramp_mm: float
+    lead_in_mm: float
+    lead_out_mm: float
+    speed_mm_s: float
+    spacing_mm: float
+    nozzle_height_mm: float
+    smoothing_mm: float
+
+
+@public(NozzlePath)
 def plan_path(
-    crack: Outline,
-    solid: Solid,
-    **keywords: Any,
+    solid: SampleSolid,
+    **keywords: Unpack[PathKeywords],
 ) -> PlannedPath:
     """Plan the nozzle's path, speed and flow. Keywords are settings of [path] in a trial file.
 
     Parameters
     ----------
-    crack, solid
-        The traced crack and its solid.
+    solid
+        The solid with the crack.
 
     Returns
     -------
@@ -63,76 +93,101 @@ def plan_path(
     --------
     >>> crack = st.crack_from_polyline([(0, 20), (60, 20)], width_mm=3)
     >>> solid = st.build_solid(crack, depth_mm=10, tilt="vertical")
-    >>> path = st.plan_path(crack, solid, volume_ml=1.4, speed_mm_s=5, trim_mm=5)
+    >>> path = st.plan_path(solid, volume_ml=1.4, speed_mm_s=5, trim_mm=5)
     >>> round(path.length_mm), round(path.duration_s)
     (50, 10)
     """
-    settings = settings_from(NozzlePath, "plan_path", locals())
+    settings = settings_from(NozzlePath, "plan_path", keywords)
     from digitise.trajectory import plan_trajectory
 
-    made_of = of_one_crack("plan_path", crack, solid)[:1]
-    trajectory = plan_trajectory(crack, settings, solid.cavity_volume_mm3, solid.sections)
-    path = PlannedPath(**content_of(replace(trajectory, made_of=made_of)), settings=settings)
+    trajectory = plan_trajectory(solid.crack, settings, solid.cavity_volume_mm3, solid.sections)
+    path = PlannedPath(**content_of(trajectory), solid=solid, settings=settings)
     warn(path.doubts)
     return path
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SimulatedLevel(Profile):
-    """The level of the sealant along the crack after a run: what ``measure_level`` returns.
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SimulatedRun(records.Run):
+    """A finished fluid run: what ``inject`` and ``fill_fast`` return.
 
-    ``s_mm`` is the arc length and ``level_mm`` the level relative to the face, negative below it, (n,) each, in mm.
+    ``position_mm``, (n, 3), has the particles at the end. It is empty for the fast model. ``health`` contains figures
+    of numerical quality.
     """
 
-    escaped_particles: int
-    """Number of particles that went through a wall. If it is not 0, the level is not valid."""
-    dispensed_mm3: float = 0.0
-    """Dispensed volume, from which the baseline of a flat level follows. 0 if it is unknown."""
-    density_kg_m3: float | None = None
-    """Density of the sealant, from which its meniscus follows. None if it is unknown."""
-    run: Run
+    path: PlannedPath
+    """Path of the nozzle."""
+    fluid: Fluid
+    """The sealant."""
+
+    @cached_property
+    def level(self) -> "SimulatedLevel":
+        """The level of the settled sealant along the crack, as a caliper would measure it.
+
+        Sealant on the face next to the crack is not counted.
+        """
+        from simulate.profile import measure_profile
+
+        solid = self.path.solid
+        return SimulatedLevel(**content_of(measure_profile(self, solid.crack, solid)), run=self)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SimulatedLevel(Profile):
+    """The level of the sealant along the crack after a run: the attribute ``level`` of a run.
+
+    ``s_mm`` is the arc length and ``level_mm`` the level relative to the face, negative below it, (n,) each, in mm.
+    ``pandas.DataFrame(level)`` has both as columns.
+    """
+
+    run: SimulatedRun
     """Run whose level was measured."""
 
 
-@keywords_of(SampleSlope)
+class SlopeKeywords(TypedDict, total=False):
+    """Settings of [sample]."""
+
+    crossfall_deg: float
+    gradient_deg: float
+
+
+class RunKeywords(SlopeKeywords, total=False):
+    """Settings of a particle run."""
+
+    seed: int
+    threads: int | None
+
+
+@public(Seeded, SampleSlope)
 def inject(
-    crack: Outline,
-    solid: Solid,
-    path: Trajectory,
+    path: PlannedPath,
     fluid: Fluid,
     *,
     solver: Solver | None = None,
     nozzle: Nozzle | None = None,
-    seed: int = 0,
     device: str = "cpu",
-    threads: int | None = None,
     progress: bool | None = None,
-    **keywords: Any,
-) -> Run:
+    **keywords: Unpack[RunKeywords],
+) -> SimulatedRun:
     """Inject the sealant along the path and let it settle.
 
     Parameters
     ----------
-    crack, solid, path, fluid
-        The crack, its solid, the nozzle's path, and the sealant.
+    path, fluid
+        The nozzle's path and the sealant.
     solver, nozzle
         Settings of the solver and the nozzle. Default: ``Solver(radius_mm="auto", settle_s=2)``, as in
         ``sealtwin init``, and ``Nozzle()``, 2.4 mm wide.
-    seed
-        Seed of the small random offsets of particles at the nozzle.
     device
         "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU. A device that does
         not exist is an error.
-    threads
-        Number of CPU threads, on which the result does not depend. Default: one per core, up to 8.
     progress
         True to show progress on stderr. Default: True in a terminal or a notebook.
 
     Returns
     -------
-    Run
-        The particles at the end of the run. ``position_mm``, (n, 3), is in mm. ``health`` contains figures of numerical
-        quality. On a CPU, the same input gives bit-identical results.
+    SimulatedRun
+        The particles at the end of the run, with their ``level``. On one CPU, the same input gives bit-identical
+        results.
 
     Raises
     ------
@@ -150,14 +205,13 @@ def inject(
     --------
     >>> crack = st.crack_from_polyline([(0, 20), (15, 20)], width_mm=3)
     >>> solid = st.build_solid(crack, depth_mm=8, tilt="vertical")
-    >>> path = st.plan_path(crack, solid, volume_ml=0.2, speed_mm_s=20, trim_mm=2)
+    >>> path = st.plan_path(solid, volume_ml=0.2, speed_mm_s=20, trim_mm=2)
     >>> paste = st.Fluid(viscosity_pa_s=1, yield_stress_pa=5, freeze_after_s="never")
-    >>> run = st.inject(crack, solid, path, paste, solver=st.Solver(radius_mm=0.45, settle_s=0.2))
-    >>> run.escaped_particles
-    0
+    >>> run = st.inject(path, paste, solver=st.Solver(radius_mm=0.45, settle_s=0.2))
+    >>> run.escaped_particles, run.level.level_mm.shape
+    (0, (76,))
     """
-    slope = settings_from(SampleSlope, "inject", locals())
-    made_of = of_one_crack("inject", crack, solid, path)
+    slope, run = settings_from(SampleSlope, "inject", keywords), settings_from(Seeded, "inject", keywords)
     from simulate.device import choose_device
     from simulate.injection import ComputeOptions
     from simulate.pour import Pour
@@ -165,40 +219,34 @@ def inject(
     from validate.run_facts import run_warnings
 
     solver = solver or Solver(radius_mm="auto", settle_s=2.0)
-    nozzle = nozzle or Nozzle()
-    _require_seed("inject", seed)
-    require_kinds("inject", fluid=(fluid, Fluid), solver=(solver, Solver), nozzle=(nozzle, Nozzle))
-    fluid = fluid.loaded(Path())
-    chosen = choose_device(device)
-    if threads is not None and (threads < 1 or (threads > 1 and chosen != "cpu")):
-        raise InputError(f"inject: threads = {threads}, but it must be at least 1, and exactly 1 on a GPU.")
+    nozzle, fluid, chosen = nozzle or Nozzle(), fluid.loaded(Path()), choose_device(device)
+    if (run.threads or 1) > 1 and chosen != "cpu":
+        raise InputError(f"inject: threads = {run.threads}: should be 1 on a GPU.")
     with shown_progress(progress) as shown:
-        pour = Pour(Sample(crack, solid, path), (fluid,), solver, nozzle, seed, slope)
-        run, _ = fill(pour, ComputeOptions(chosen, threads, shown))
-    warn((*run.doubts, *run_warnings(run, run.health.volume_ratio or 0.0)))
-    return replace(run, made_of=made_of)
+        pour = Pour(_sample_of(path), (fluid,), solver, nozzle, run.seed, slope)
+        filled, _ = fill(pour, ComputeOptions(chosen, run.threads, shown))
+    warn((*filled.doubts, *run_warnings(filled, filled.health.volume_ratio or 0.0)))
+    return SimulatedRun(**content_of(filled), path=path, fluid=fluid)
 
 
-@keywords_of(SampleSlope)
+@public(SampleSlope)
 def fill_fast(
-    crack: Outline,
-    solid: Solid,
-    path: Trajectory,
+    path: PlannedPath,
     fluid: Fluid,
     *,
     settle_s: float = 2.0,
     nozzle: Nozzle | None = None,
-    **keywords: Any,
-) -> SimulatedLevel:
+    **keywords: Unpack[SlopeKeywords],
+) -> SimulatedRun:
     """Fill the crack with the fast model. This takes a tenth of a second instead of minutes.
 
     The fast model computes a layer of paste that spreads along the crack. ``inject`` computes particles.
 
     Parameters
     ----------
-    crack, solid, path, fluid
-        The crack, its solid, the nozzle's path, and the sealant. The ``Fluid`` must have ``viscosity_pa_s`` or a yield
-        stress, and must neither freeze nor stiffen.
+    path, fluid
+        The nozzle's path and the sealant. The ``Fluid`` must have ``viscosity_pa_s`` or a yield stress, and must
+        neither freeze nor stiffen.
     settle_s
         Simulated time after the nozzle has stopped, in s.
     nozzle
@@ -206,8 +254,8 @@ def fill_fast(
 
     Returns
     -------
-    SimulatedLevel
-        Stations every 0.2 mm from s = 0 to the crack's length.
+    SimulatedRun
+        A run without particles. Its ``level`` has stations every 0.2 mm from s = 0 to the crack's length.
 
     Raises
     ------
@@ -221,27 +269,38 @@ def fill_fast(
 
     Examples
     --------
-    ``crack``, ``solid`` and ``path`` are from the example of ``plan_path``.
+    ``path`` is from the example of ``plan_path``.
 
     >>> paste = st.Fluid(viscosity_pa_s=1, yield_stress_pa=5, freeze_after_s="never")
-    >>> level = st.fill_fast(crack, solid, path, paste)
-    >>> level.level_mm.shape
+    >>> run = st.fill_fast(path, paste)
+    >>> run.level.level_mm.shape
     (301,)
     """
-    slope = settings_from(SampleSlope, "fill_fast", locals())
-    made_of = of_one_crack("fill_fast", crack, solid, path)
+    slope = settings_from(SampleSlope, "fill_fast", keywords)
     from simulate.pour import Pour
     from simulate.slot.run import pour
 
     solver = checked(Solver, Path("fill_fast"), {"model": "slot", "radius_mm": "auto", "settle_s": settle_s})
-    nozzle = nozzle or Nozzle()
-    require_kinds("fill_fast", fluid=(fluid, Fluid), nozzle=(nozzle, Nozzle))
-    run, level = pour(Pour(Sample(crack, solid, path), (fluid.loaded(Path()),), solver, nozzle, slope=slope))
-    warn((*run.doubts, *run.unfit))
-    return _simulated(level, run, made_of)
+    nozzle, fluid = nozzle or Nozzle(), fluid.loaded(Path())
+    filled, _ = pour(Pour(_sample_of(path), (fluid,), solver, nozzle, slope=slope))
+    warn((*filled.doubts, *filled.unfit))
+    return SimulatedRun(**content_of(filled), path=path, fluid=fluid)
 
 
-@keywords_of(FluidBlock, SampleSlope)
+def _sample_of(path: PlannedPath) -> Sample:
+    return Sample(path.solid.crack, path.solid, path)
+
+
+class BlockKeywords(SlopeKeywords, total=False):
+    """Settings of a block of fluid and its release."""
+
+    ahead_mm: float | None
+    duration_s: Required[float]
+    every_s: float
+    seed: int
+
+
+@public(FluidBlock, Seeded, SampleSlope)
 def release_block(
     length_mm: float,
     width_mm: float,
@@ -249,10 +308,9 @@ def release_block(
     fluid: Fluid,
     *,
     solver: Solver,
-    seed: int = 0,
     device: str = "cpu",
     progress: bool | None = None,
-    **keywords: Any,
+    **keywords: Unpack[BlockKeywords],
 ) -> BlockRelease:
     """Release a block of fluid behind a gate, as in a dam break.
 
@@ -265,8 +323,6 @@ def release_block(
     solver
         Settings of the solver, with ``radius_mm``. With 12 to 20 particle diameters across the block's shortest side,
         halving the radius moves the front by about 3 %. ``substeps`` divides the longest possible substep. Default: 1.
-    seed
-        Seed of the small random offsets of the particles' first positions.
     device
         "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU.
     progress
@@ -292,59 +348,25 @@ def release_block(
     >>> bool(block.front_mm[-1] > 0)
     True
     """
-    block = settings_from(FluidBlock, "release_block", locals())
-    slope = settings_from(SampleSlope, "release_block", locals())
+    sides = {"length_mm": length_mm, "width_mm": width_mm, "height_mm": height_mm}
+    block = settings_from(FluidBlock, "release_block", keywords, **sides)
+    slope, run = settings_from(SampleSlope, "release_block", keywords), settings_from(Seeded, "release_block", keywords)
     from simulate.block_release import release
     from simulate.device import choose_device
     from simulate.injection import ComputeOptions
 
-    _require_seed("release_block", seed)
-    require_kinds("release_block", fluid=(fluid, Fluid), solver=(solver, Solver))
     with shown_progress(progress) as shown:
         options = ComputeOptions(choose_device(device), progress=shown)
-        return release(block, fluid.loaded(Path()), solver, options=options, slope=slope, seed=seed)
+        return release(block, fluid.loaded(Path()), solver, options=options, slope=slope, seed=run.seed)
 
 
-def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
-    """Measure the level of the settled sealant along the crack, as a caliper would measure it.
-
-    Parameters
-    ----------
-    run, crack, solid
-        The run, and its crack and solid.
-
-    Returns
-    -------
-    SimulatedLevel
-        Stations every 0.2 mm from s = 0 to the crack's length. Sealant on the face next to the crack is not counted.
-
-    Raises
-    ------
-    NumericalError
-        The position of a particle is not finite.
-
-    Examples
-    --------
-    ``crack``, ``solid`` and ``run`` are from the example of ``inject``.
-
-    >>> level = st.measure_level(run, crack, solid)
-    >>> level.level_mm.shape
-    (76,)
-    """
-    from simulate.profile import measure_profile
-
-    made_of = of_one_crack("measure_level", run, crack, solid)
-    return _simulated(measure_profile(run, crack, solid), run, made_of)
-
-
-@keywords_of(ProgramOptions)
+@public(ProgramOptions)
 def write_robot_program(
     folder: FilePath,
-    crack: Outline,
-    path: Trajectory,
+    path: PlannedPath,
     cell: FilePath | Mapping[str, Any],
     *,
-    formats: Sequence[str] | None = None,
+    formats: Sequence[str] = (),
     name: str = "",
 ) -> list[Path]:
     """Write a nozzle path as robot programs in the robot's frame. The path is checked against the limits of the cell.
@@ -353,8 +375,8 @@ def write_robot_program(
     ----------
     folder
         Folder for the files. A file that was edited after it was written is not replaced.
-    crack, path
-        The crack and the nozzle's path.
+    path
+        The nozzle's path.
     cell
         A cell file, or its content as a mapping: taught points, limits, languages. ``sealtwin robot --example FILE``
         writes an example.
@@ -373,21 +395,19 @@ def write_robot_program(
 
     Examples
     --------
-    ``crack`` and ``path`` are from the example of ``plan_path``. 'sealtwin robot --example cell.toml' writes the cell
-    file.
+    ``path`` is from the example of ``plan_path``. 'sealtwin robot --example cell.toml' writes the cell file.
 
-    >>> files = st.write_robot_program("robot", crack, path, "cell.toml", formats=["csv"])
+    >>> files = st.write_robot_program("robot", path, "cell.toml", formats=["csv"])
     >>> [file.name for file in files]
     ['path.csv', 'robot.json']
     """
-    options = settings_from(ProgramOptions, "write_robot_program", locals())
+    options = settings_from(ProgramOptions, "write_robot_program", {"formats": formats})
     from sealtwin.trial.exports import REPORT, CellFile, write_programs
 
-    of_one_crack("write_robot_program", crack, path)
     origin = {
         "trial": name or "not named",
         "run": "from Python",
-        "path_source": crack.path_source,
+        "path_source": path.solid.crack.path_source,
         "inputs": {},
         "edited_by_hand": [],
     }
@@ -395,19 +415,3 @@ def write_robot_program(
     read = CellFile.read(cell if isinstance(cell, Mapping) else Path(cell))
     report, _ = write_programs(target, path, read, options, origin)
     return [*(target / file for file in report["files"]), target / REPORT]
-
-
-def _simulated(profile: Profile, run: Run, made_of: Origins) -> SimulatedLevel:
-    profile = replace(profile, doubts=run.doubts, made_of=made_of)
-    return SimulatedLevel(
-        **content_of(profile),
-        escaped_particles=run.escaped_particles,
-        dispensed_mm3=run.dispensed_volume_mm3,
-        density_kg_m3=run.density_kg_m3,
-        run=run,
-    )
-
-
-def _require_seed(function: str, seed: int) -> None:
-    if not 0 <= seed < SEEDS:
-        raise InputError(f"{function}: seed = {seed}, but it must be 0 to {SEEDS - 1}.")

@@ -1,25 +1,27 @@
 """Make a sample: read a photo with its scale, trace the crack and build the solid, or import a mesh or a drawing."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.drawing.given import GivenDrawing, GivenLine, GivenWalls
+from digitise.drawing.given import DrawnUnit, GivenDrawing, GivenLine, GivenWalls
 from digitise.photo import Photo
-from digitise.settings import NO_SCALE, CrackShape, MeshInput, PhotoInput
-from sealtwin.api import FilePath, Points, content_of, file_of, of_one_crack, settings_from, sha256_of, warn
+from digitise.settings import NO_SCALE, CrackShape, MarkerBoard, MeshInput, MeshUnit, PhotoInput, Tilt
+from sealtwin.api import FilePath, Points, content_of, file_of, public, settings_from, sha256_of, warn
+from sealtwin.core import records
+from sealtwin.core.arrays import HasSummary, ReadOnly
 from sealtwin.core.errors import InputError, ShapeError
-from sealtwin.core.records import DataKind, HasSummary, Outline, Solid
+from sealtwin.core.records import DataKind, Outline
 from sealtwin.core.settings import SettingsFaults, doubts_of
-from sealtwin.core.settings_text import keywords_of
+from sealtwin.scan.settings import Placement
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SamplePhoto(HasSummary, Photo):
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SamplePhoto(ReadOnly, HasSummary, Photo):
     """A photo with its scale: what ``read_photo`` returns."""
 
     settings: PhotoInput
@@ -41,7 +43,7 @@ class SamplePhoto(HasSummary, Photo):
         return self.settings.data
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class CrackOutline(Outline):
     """A traced crack: what ``trace_crack`` returns.
 
@@ -49,29 +51,50 @@ class CrackOutline(Outline):
     ``left_wall_mm`` and ``right_wall_mm``, (n, 2) each, and ``width_mm``, (n,).
     """
 
-    photo: Photo
-    """Photo in which the crack was traced. For a mesh, the view from above."""
+    photo: Photo | None
+    """Photo in which the crack was traced. For a mesh, the view from above. A pickle does not contain the photo, so it
+    is None after unpickling, and in a crack of a run folder."""
     data: DataKind
     """Declared origin of the photo or the mesh."""
     sha256: str
     """SHA-256 hash of the photo or the mesh."""
 
-
-SCALE = (
-    *("mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px"),
-    *("markers", "lens", "camera_distance_mm", "mask", "data"),
-)
-HINTS = ("ends_px", "via_px", "roi_px", "crack", "edge_fraction", "branches", "width_mm", "path_only")
-"""Settings of [photo] that are hints about the crack. ``SCALE`` lists the settings of [photo] about the scale."""
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "photo": None}
 
 
-@keywords_of(PhotoInput, only=SCALE)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SampleSolid(records.Solid):
+    """The sample as a watertight solid: what ``build_solid`` returns.
+
+    Its main arrays are ``vertices_mm``, (v, 3), and ``faces``, (f, 3), which ``mesh`` returns for trimesh.
+    """
+
+    crack: CrackOutline
+    """Crack in the solid."""
+
+
+class ScaleKeywords(TypedDict, total=False):
+    """Settings of [photo] about its scale."""
+
+    mm_per_px: float | None
+    scale_is: Literal["measured", "assumed"]
+    ruler_px: Points | None
+    ruler_mm: float | None
+    face_mm: Sequence[float] | None
+    face_corners_px: Points | None
+    markers: MarkerBoard | Mapping[str, Any] | None
+    lens: Literal["auto", "none"]
+    camera_distance_mm: float | None
+
+
+@public(PhotoInput)
 def read_photo(
     photo: FilePath | NDArray[np.uint8],
     *,
     mask: FilePath | NDArray[Any] | None = None,
     data: DataKind = "undeclared",
-    **keywords: Any,
+    **keywords: Unpack[ScaleKeywords],
 ) -> SamplePhoto:
     """Read a photo taken from above, with its scale. The scale is never guessed, so you must give one.
 
@@ -103,13 +126,12 @@ def read_photo(
     is_array = isinstance(photo, np.ndarray)
     # Messages call an array by the name of the argument.
     file = Path("photo") if is_array else file_of(photo, "photo")
-    # A mask may be an array, so it is read here.
-    arguments = locals()
     from digitise.image import decoding
     from digitise.photo import beside_markers, offer_of_markers, pixels_of, scaled
 
     try:
-        settings = settings_from(PhotoInput, "read_photo", arguments, mask=None)
+        # A mask may be an array, so it is read here.
+        settings = settings_from(PhotoInput, "read_photo", keywords, file=file, data=data)
     except SettingsFaults as fault:
         raise InputError(f"{fault}{offer_of_markers(file) if NO_SCALE in fault.types else ''}") from None
 
@@ -125,11 +147,23 @@ def read_photo(
     return SamplePhoto(**content_of(read), settings=settings, sha256=sha256_of(photo if is_array else file))
 
 
-@keywords_of(PhotoInput, only=HINTS)
+class HintKeywords(TypedDict, total=False):
+    """Settings of [photo] that are hints about the crack."""
+
+    via_px: Points
+    roi_px: Points | None
+    crack: int | None
+    edge_fraction: float
+    branches: Literal["drop", "keep"]
+    width_mm: float | Points | None
+    path_only: bool | None
+
+
+@public(PhotoInput)
 def trace_crack(
     photo: SamplePhoto,
     ends_px: Points | None = None,
-    **keywords: Any,
+    **keywords: Unpack[HintKeywords],
 ) -> CrackOutline:
     """Trace both walls of a crack to a fraction of a pixel.
 
@@ -163,8 +197,8 @@ def trace_crack(
     """
     # With a mask, fewer hints are required. The settings check which.
     painted = None if photo.drawn is None else photo.file
-    arguments = {**photo.settings.model_dump(), "keywords": keywords, "mask": painted}
-    settings = settings_from(PhotoInput, "trace_crack", arguments, **({} if ends_px is None else {"ends_px": ends_px}))
+    hints = {**keywords, "ends_px": ends_px, "mask": painted}
+    settings = settings_from(PhotoInput, "trace_crack", photo.settings.model_dump(), **hints)
     from digitise.crack_path.find_path import find_path
     from digitise.outline import trace_outline
 
@@ -173,12 +207,25 @@ def trace_crack(
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 
 
-@keywords_of(CrackShape, without=("fill",))
+class ShapeKeywords(TypedDict, total=False):
+    """Settings of [crack] that a function accepts."""
+
+    tilt: Tilt
+    wall_angle_deg: float | Sequence[float]
+    scan: FilePath | None
+    placement: Placement | Mapping[str, Any] | None
+    lean_to: Literal["left", "right"]
+    floor_thickness_mm: float
+    margin_mm: float
+    dam_height_mm: float
+
+
+@public(CrackShape)
 def build_solid(
-    crack: Outline,
+    crack: CrackOutline,
     depth_mm: float | Points,
-    **keywords: Any,
-) -> Solid:
+    **keywords: Unpack[ShapeKeywords],
+) -> SampleSolid:
     """Build the sample as a watertight solid: a block minus the crack's cavity, with dams at open ends.
 
     Keywords are settings of [crack] in a trial file.
@@ -190,7 +237,7 @@ def build_solid(
 
     Returns
     -------
-    Solid
+    SampleSolid
         Vertices in mm, with z = 0 on the face and z negative below it. ``cavity_volume_mm3`` is the crack's volume.
 
     Raises
@@ -205,7 +252,7 @@ def build_solid(
     >>> round(solid.cavity_volume_mm3)
     1800
     """
-    settings = settings_from(CrackShape, "build_solid", locals())
+    settings = settings_from(CrackShape, "build_solid", keywords, depth_mm=depth_mm)
     from digitise.solid.build_solid import build_solid
 
     if settings.scan is not None:
@@ -214,16 +261,24 @@ def build_solid(
         settings, facts = scanned_shape(crack, settings, Path())
         warn(facts)
     warn(doubts_of(settings, width_mm=crack.mean_width_mm))
-    return replace(build_solid(crack, settings), made_of=of_one_crack("build_solid", crack))
+    return SampleSolid(**content_of(build_solid(crack, settings)), crack=crack)
 
 
-@keywords_of(MeshInput, without=("file",))
+class MeshKeywords(TypedDict, total=False):
+    """Settings of [mesh] that a function accepts."""
+
+    up: Literal["x", "y", "z", "-x", "-y", "-z"]
+    dam_height_mm: float
+
+
+@public(MeshInput)
 def import_mesh(
     mesh: FilePath,
+    units: MeshUnit,
     *,
     data: DataKind = "undeclared",
-    **keywords: Any,
-) -> tuple[CrackOutline, Solid]:
+    **keywords: Unpack[MeshKeywords],
+) -> SampleSolid:
     """Read a modelled or scanned sample instead of a photo and a depth.
 
     Keywords are settings of [mesh] in a trial file.
@@ -235,8 +290,8 @@ def import_mesh(
 
     Returns
     -------
-    tuple of CrackOutline and Solid
-        The crack and the solid in mm. z is 0 on the face, and the origin is the face's lower left corner.
+    SampleSolid
+        The solid in mm, with its crack. z is 0 on the face, and the origin is the face's lower left corner.
 
     Raises
     ------
@@ -245,19 +300,19 @@ def import_mesh(
 
     Examples
     --------
-    >>> crack, solid = st.import_mesh("crack.stl", units="mm")
-    >>> round(crack.length_mm), round(solid.depth_mm)
+    >>> solid = st.import_mesh("crack.stl", units="mm")
+    >>> round(solid.crack.length_mm), round(solid.depth_mm)
     (60, 10)
     """
-    settings = settings_from(MeshInput, "import_mesh", locals(), file=file_of(mesh, "mesh"))
+    settings = settings_from(MeshInput, "import_mesh", keywords, file=file_of(mesh, "mesh"), units=units, data=data)
     from digitise.mesh_import.import_mesh import import_sample
 
     sample = import_sample(settings, Path())
     crack = _without_trace(sample.outline, sample.photo, settings.data, settings.file)
-    return crack, replace(sample.solid, made_of=of_one_crack("import_mesh", crack))
+    return SampleSolid(**content_of(sample.solid), crack=crack)
 
 
-@keywords_of(GivenLine)
+@public(GivenLine)
 def crack_from_polyline(
     points_mm: Points,
     width_mm: float | Points,
@@ -288,7 +343,8 @@ def crack_from_polyline(
     >>> round(crack.length_mm, 1)
     60.5
     """
-    settings = settings_from(GivenLine, "crack_from_polyline", locals())
+    lines = {"points_mm": points_mm, "width_mm": width_mm, "face_mm": face_mm, "data": data}
+    settings = settings_from(GivenLine, "crack_from_polyline", lines)
     from digitise.drawing.given_lines import outline_of_line
 
     line_mm = np.array(settings.points_mm)
@@ -296,7 +352,7 @@ def crack_from_polyline(
     return _without_trace(outline, photo, settings.data, np.concatenate([line_mm, settings.widths_mm]))
 
 
-@keywords_of(GivenWalls)
+@public(GivenWalls)
 def crack_from_walls(
     left_mm: Points,
     right_mm: Points,
@@ -328,7 +384,8 @@ def crack_from_walls(
     >>> round(crack.mean_width_mm, 1)
     4.0
     """
-    settings = settings_from(GivenWalls, "crack_from_walls", locals())
+    lines = {"left_mm": left_mm, "right_mm": right_mm, "face_mm": face_mm, "data": data}
+    settings = settings_from(GivenWalls, "crack_from_walls", lines)
     from digitise.drawing.given_lines import outline_between
 
     walls_mm = np.array(settings.left_mm), np.array(settings.right_mm)
@@ -336,14 +393,23 @@ def crack_from_walls(
     return _without_trace(outline, photo, settings.data, np.concatenate(walls_mm))
 
 
-@keywords_of(GivenDrawing)
+class DrawingKeywords(TypedDict, total=False):
+    """Settings of a drawn crack."""
+
+    face_mm: Sequence[float] | None
+    data: DataKind
+    walls: Sequence[str] | None
+    line: str | None
+    width_mm: float | None
+    units: DrawnUnit | None
+
+
+@public(GivenDrawing)
 def import_dxf(
     drawing: FilePath,
     depth_mm: float,
-    *,
-    data: DataKind = "undeclared",
-    **keywords: Any,
-) -> tuple[CrackOutline, Solid]:
+    **keywords: Unpack[DrawingKeywords],
+) -> SampleSolid:
     """Read a crack that is drawn from above in CAD. Its walls are upright and its floor is level.
 
     Parameters
@@ -353,8 +419,8 @@ def import_dxf(
 
     Returns
     -------
-    tuple of CrackOutline and Solid
-        The crack and the solid in mm. z is 0 on the face, and the origin is that of the drawing. The crack's
+    SampleSolid
+        The solid in mm, with its crack. z is 0 on the face, and the origin is that of the drawing. The crack's
         ``warnings`` state the drawing's unit and the parts of the drawing that were not read.
 
     Raises
@@ -365,12 +431,12 @@ def import_dxf(
 
     Examples
     --------
-    >>> crack, solid = st.import_dxf("crack.dxf", depth_mm=10, line="MIDDLE", width_mm=3)
-    >>> round(crack.length_mm)
+    >>> solid = st.import_dxf("crack.dxf", depth_mm=10, line="MIDDLE", width_mm=3)
+    >>> round(solid.crack.length_mm)
     60
     """
     file = file_of(drawing, "drawing")
-    settings = settings_from(GivenDrawing, "import_dxf", locals())
+    settings = settings_from(GivenDrawing, "import_dxf", keywords, depth_mm=depth_mm)
     from digitise.drawing.read_dxf import drawn_crack, open_drawing
     from digitise.solid.build_solid import build_solid
 
@@ -380,8 +446,8 @@ def import_dxf(
         solid = build_solid(outlined, CrackShape(depth_mm=settings.depth_mm, tilt="vertical"))
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
-    crack = _without_trace(replace(outlined, warnings=(*outlined.warnings, *drawn.notes)), photo, data, file)
-    return crack, replace(solid, made_of=of_one_crack("import_dxf", crack))
+    outlined = replace(outlined, warnings=(*outlined.warnings, *drawn.notes))
+    return SampleSolid(**content_of(solid), crack=_without_trace(outlined, photo, settings.data, file))
 
 
 def _without_trace(outline: Outline, photo: Photo, data: DataKind, content: Path | NDArray[Any]) -> CrackOutline:

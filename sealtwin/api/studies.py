@@ -6,20 +6,20 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import date as day
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
-from sealtwin.api import FilePath, path_or_none, settings_from, warn
+from sealtwin.api import FilePath, path_or_none, public, settings_from, warn
 from sealtwin.calibration import CalibrationOptions
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
 from sealtwin.core.progress import Progress, wanted
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import checked
-from sealtwin.core.settings_text import keywords_of
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,7 @@ class SweepResult:
         return np.array([np.nan if row[name] is None else row[name] for row in self.rows], float)
 
 
+@public()
 def sweep(
     trial: FilePath,
     grid: Mapping[str, Sequence[Any]],
@@ -140,7 +141,15 @@ class CalibrationResult:
         return {free["setting"]: free["identified"] for free in self.content["free"] if isinstance(free, dict)}
 
 
-@keywords_of(CalibrationOptions)
+class CalibrationKeywords(TypedDict, total=False):
+    """Options of a calibration."""
+
+    hold_out: Sequence[FilePath]
+    budget: int
+    date: day | str | None
+
+
+@public(CalibrationOptions)
 def calibrate(
     trials: FilePath | Sequence[FilePath],
     free: Mapping[str, tuple[float, float]],
@@ -150,7 +159,7 @@ def calibrate(
     jobs: int | None = None,
     accurate: bool = False,
     progress: bool | None = None,
-    **keywords: Any,
+    **keywords: Unpack[CalibrationKeywords],
 ) -> CalibrationResult:
     """Determine settings from the readings of one or several trials, and predict other trials.
 
@@ -193,7 +202,7 @@ def calibrate(
     >>> calibration.posterior["fluid.yield_stress_pa"].shape
     (500,)
     """
-    options = settings_from(CalibrationOptions, "calibrate", locals())
+    options = settings_from(CalibrationOptions, "calibrate", keywords, free=free)
     words: list[FilePath] = ["calibrate", *([trials] if isinstance(trials, str | PathLike) else trials)]
     words += [f"--hold-out={file}" for file in options.hold_out]
     words += [f"--free={name}={low:.12g}:{high:.12g}" for name, (low, high) in options.free.items()]
@@ -209,6 +218,7 @@ def calibrate(
     return CalibrationResult(folder, content, posterior)
 
 
+@public()
 def write_map(
     swept: SweepResult | FilePath,
     *,

@@ -1,32 +1,32 @@
 """Run a trial, and plan its pour."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
-from sealtwin.api import FilePath, of_one_crack, path_or_none, settings_from, shown_progress, warn
+from sealtwin.api import FilePath, content_of, path_or_none, public, settings_from, shown_progress, warn
 from sealtwin.core import record_files
+from sealtwin.core.arrays import Floats, ReadOnly
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table
 from sealtwin.core.progress import wanted
-from sealtwin.core.records import Floats, Outline, Profile, Run, Solid, Trajectory
-from sealtwin.core.settings_text import keywords_of
+from sealtwin.core.run_folder import look_into
 from sealtwin.plan import PlanOptions
-from validate.result import TrialResult
+from sealtwin.trial.trial_file import Trial, checked_trial, load_trial
+from validate.result import TrialResult, read_result
 
 if TYPE_CHECKING:
-    from sealtwin.trial.trial_file import Trial
-
-Record = TypeVar("Record", Solid, Trajectory, Run, Profile)
+    from sealtwin.api.runs import PlannedPath, SimulatedLevel, SimulatedRun
+    from sealtwin.api.samples import CrackOutline, SampleSolid
 
 
 @dataclass(frozen=True)
 class TrialRun:
-    """Results of a trial, and its run folder: what ``run_trial`` returns."""
+    """Results of a trial, and its run folder: what ``run_trial`` and ``open_run`` return."""
 
     folder: Path
     result: TrialResult
@@ -60,37 +60,83 @@ class TrialRun:
         return self.result.comparison and self.result.comparison.passed
 
     @cached_property
-    def crack(self) -> Outline:
-        """The traced crack."""
-        return record_files.read_outline(self.folder)
+    def trial(self) -> Trial:
+        """Settings of the trial."""
+        return load_trial(self.folder / "trial.toml")
 
     @cached_property
-    def solid(self) -> Solid:
+    def crack(self) -> "CrackOutline":
+        """The traced crack, without its photo."""
+        from sealtwin.api.samples import CrackOutline
+
+        outline = record_files.read_outline(self.folder)
+        return CrackOutline(**content_of(outline), photo=None, data=self.trial.shown_by.data, sha256="")
+
+    @cached_property
+    def solid(self) -> "SampleSolid":
         """The solid of the sample."""
-        return replace(record_files.read_solid(self.folder), made_of=of_one_crack("run_trial", self.crack))
+        from sealtwin.api.samples import SampleSolid
+
+        return SampleSolid(**content_of(record_files.read_solid(self.folder)), crack=self.crack)
 
     @cached_property
-    def path(self) -> Trajectory:
+    def path(self) -> "PlannedPath":
         """The nozzle's path."""
-        return replace(record_files.read_trajectory(self.folder), made_of=of_one_crack("run_trial", self.crack))
+        from sealtwin.api.runs import PlannedPath
+
+        trajectory = record_files.read_trajectory(self.folder)
+        return PlannedPath(**content_of(trajectory), solid=self.solid, settings=self.trial.path)
 
     @cached_property
-    def run(self) -> Run:
+    def run(self) -> "SimulatedRun":
         """The particles at the end of the run. With several seeds, the particles of the first run."""
-        return self._of_pour(record_files.read_run(self.folder))
+        from sealtwin.api.runs import SimulatedRun
+
+        run = record_files.read_run(self.folder)
+        return SimulatedRun(**content_of(run), path=self.path, fluid=self.trial.given_fluid)
 
     @cached_property
-    def level(self) -> Profile:
+    def level(self) -> "SimulatedLevel":
         """The simulated level along the crack. With several seeds, the mean of their levels."""
+        from sealtwin.api.runs import SimulatedLevel
+
         read = record_files.read_profile if self.result.seeds is None else record_files.read_level
-        return self._of_pour(read(self.folder))
-
-    def _of_pour(self, record: Record) -> Record:
-        return replace(record, made_of=of_one_crack("run_trial", self.crack, self.solid, self.path))
+        return SimulatedLevel(**content_of(read(self.folder)), run=self.run)
 
 
+@public()
+def open_run(folder: FilePath) -> TrialRun:
+    """Open the run folder of a trial, with the same records as ``run_trial`` returns. Nothing is computed.
+
+    Parameters
+    ----------
+    folder
+        Run folder that ``run_trial`` or ``sealtwin run`` wrote.
+
+    Returns
+    -------
+    TrialRun
+        Figures, and the records of each stage, which are read when they are first used.
+
+    Raises
+    ------
+    InputError
+        The folder is not a run folder, or a file is damaged. A record of a stage that is not finished cannot be read.
+
+    Examples
+    --------
+    >>> st.run_trial("trial.toml", out="opened").redone
+    ('digitise', 'simulate', 'validate')
+    >>> st.open_run("opened").run.path.solid.depth_mm
+    10.0
+    """
+    look_into(Path(folder))
+    return TrialRun(Path(folder), read_result(Path(folder)), ())
+
+
+@public()
 def run_trial(
-    trial: "FilePath | Mapping[str, Any] | Trial",
+    trial: FilePath | Mapping[str, Any] | Trial,
     *,
     out: FilePath | None = None,
     device: str = "cpu",
@@ -149,7 +195,6 @@ def run_trial(
     """
     from sealtwin.study.pipeline import run_trial
     from sealtwin.trial.job import STAGES, run_folder_of
-    from sealtwin.trial.trial_file import Trial, checked_trial, load_trial
 
     home, file = path_or_none(source), None
     if isinstance(trial, Trial):
@@ -175,8 +220,8 @@ def run_trial(
     return TrialRun(target, outcome.result, outcome.redone)
 
 
-@dataclass(frozen=True)
-class FlowPlan:
+@dataclass(frozen=True, eq=False)
+class FlowPlan(ReadOnly):
     """A plan of flow and speed, and its folder: what ``plan_flow`` returns.
 
     ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), and ``position_mm`` is (n, 3). Speed and flow of a row are
@@ -199,14 +244,28 @@ class FlowPlan:
     """Content of plan.json: under_mm3, over_mm3, baselines, rounds."""
 
 
-@keywords_of(PlanOptions)
+class PlanKeywords(TypedDict, total=False):
+    """Options of a plan."""
+
+    cell: FilePath | None
+    flow_max_mm3_s: float | None
+    margin_mm: float
+    reserve_mm: float
+    knots: int
+    verify: int
+    seeds: int
+    keep_speed: bool
+    accurate: bool
+
+
+@public(PlanOptions)
 def plan_flow(
     trial: FilePath,
     *,
     out: FilePath | None = None,
     device: str = "auto",
     progress: bool | None = None,
-    **keywords: Any,
+    **keywords: Unpack[PlanKeywords],
 ) -> FlowPlan:
     """Plan flow and speed along a crack, as ``sealtwin plan`` does.
 
@@ -244,7 +303,7 @@ def plan_flow(
     >>> len(plan.t_s) == len(plan.flow_mm3_s)
     True
     """
-    options = settings_from(PlanOptions, "plan_flow", locals())
+    options = settings_from(PlanOptions, "plan_flow", keywords)
     from sealtwin.plan.make_plan import TABLE, make_plan
     from simulate.device import choose_device
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from html import escape
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,33 @@ class HasSummary:
         cells = ((escape(name), escape(value)) for name, value in self.main_figures.items())
         rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in cells)
         return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
+
+
+class ReadOnly:
+    """Base class of frozen dataclasses whose arrays cannot be changed. A copy of a record is the record itself."""
+
+    def __post_init__(self) -> None:
+        vars(self).update({name: _read_only(value) for name, value in vars(self).items()})
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        # An array that was pickled can be changed again.
+        vars(self).update({name: _read_only(value) for name, value in state.items()})
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+
+def _read_only(value: Any) -> Any:
+    """Return an array, or a tuple of arrays, that cannot be changed. The array's owner may still change it."""
+    if isinstance(value, tuple) and type(value) is tuple:
+        return tuple(map(_read_only, value))
+    if isinstance(value, np.ndarray):
+        value = value.view()
+        value.setflags(write=False)
+    return value
 
 
 def _finite(value: Any) -> Floats:

@@ -250,7 +250,7 @@ def read_run(folder: Path) -> Run:
         age_s=rows[:, 6],
         spilled=rows[:, 7] > 0,
         **{key: getattr(simulation, key) for key in keys},
-        level=None if simulation.fast_fill is None else read_profile(folder),
+        fast_level=None if simulation.fast_fill is None else read_profile(folder),
         # The settings are read as JSON, because the record would add defaults and change the order.
         settings=files.read_json(folder / "simulation.json")["settings"],
     )

@@ -11,13 +11,14 @@ These conventions hold everywhere:
 - Polylines are open. Rings are counter-clockwise in mm, and do not repeat their first point.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, with_config
+from pydantic import ConfigDict, with_config
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.arrays import (
@@ -28,6 +29,7 @@ from sealtwin.core.arrays import (
     Integers,
     Numbers,
     Points,
+    ReadOnly,
     lengths,
     require_as_long,
     unit,
@@ -36,7 +38,11 @@ from sealtwin.core.doubts import Doubt, ReadSheet
 from sealtwin.core.facts import Facts
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.scan_figures import Scan
+from sealtwin.core.settings_text import OwnNames
 from sealtwin.core.solid_figures import Box, EndKind, SolidFigures, Span
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 FACING = 0.98  # A line between the walls counts as perpendicular if it deviates by up to 11 degrees (cosine)
 
@@ -55,9 +61,6 @@ walls: measured between the walls; region: measured between the rims of the dark
 surface; fit: fitted to the blurred profile of a crack too thin for walls; gauge: given by the user, for example from a
 crack gauge; none: there is only a path, and both walls are on the centreline.
 """
-
-Origins = tuple[tuple[str, str], ...]
-"""Records that a record was computed from: the kind of each, and its main figures with a digest. Empty if unknown."""
 
 DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
 """Origin of data. Only results from ``measured`` data may be called validated."""
@@ -109,8 +112,8 @@ class FaceLabel(IntEnum):
 
 
 @with_config(FROM_JSON)
-@dataclass(frozen=True, repr=False)
-class Outline(HasSummary):
+@dataclass(frozen=True, eq=False, repr=False)
+class Outline(ReadOnly, HasSummary):
     """Crack on the face of a sample, in plan view.
 
     ``left_wall`` is on the left in the direction of increasing s (mm frame, y up). At an oblique open end, one wall
@@ -153,6 +156,7 @@ class Outline(HasSummary):
     """Stretches of both walls, from end to end. Where two overlap, the later one is valid. Empty without a photo."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require_as_long(self, "centreline_mm", "left_wall_mm", "right_wall_mm")
         require_as_long(self, "centreline_px", "left_wall_px", "right_wall_px")
 
@@ -232,8 +236,8 @@ class Outline(HasSummary):
         return None if self.width_95_mm is None else (self.width_95_mm[1] - self.width_95_mm[0]) / 4
 
 
-@dataclass(frozen=True)
-class Sections:
+@dataclass(frozen=True, eq=False)
+class Sections(ReadOnly):
     """Depth and area of the cavity's cross-sections along the centreline."""
 
     s_mm: Numbers  # (k,), increasing
@@ -243,6 +247,7 @@ class Sections:
     below_mm2: Numbers | None = None  # Area of each section below each level, (k, n). None for straight walls
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require_as_long(self, "s_mm", "depth_mm", "area_mm2", "below_mm2")
         if len(self.s_mm) == 0 or self.s_mm.ndim != 1 or (np.diff(self.s_mm) <= 0).any():
             raise ValueError("s_mm should increase from station to station")
@@ -258,7 +263,7 @@ class Sections:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Solid(HasSummary):
+class Solid(ReadOnly, HasSummary):
     """Block of the sample with the crack's cavity cut out, and with dams at open ends.
 
     The mesh is watertight, and its faces point outward. Solids are compared by identity, so a solid can be the key of a
@@ -275,7 +280,6 @@ class Solid(HasSummary):
     cavity_volume_mm3: float  # Volume between the walls, below the face and inside the block
     sections: Sections  # Cross-sections of the main crack, without side cracks and the parts beyond the ends
     figures: SolidFigures
-    made_of: Origins = ()
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -297,13 +301,19 @@ class Solid(HasSummary):
         low, high = (f"{end:.3g}" for end in (self.sections.depth_mm.min(), self.sections.depth_mm.max()))
         return f"{self.depth_mm:.4g} mm" if low == high else f"{low} to {high} mm"
 
+    def mesh(self) -> "Trimesh":
+        """Return the mesh for trimesh, in mm."""
+        import trimesh
+
+        return trimesh.Trimesh(self.vertices_mm, self.faces, process=False)
+
     def depth_at_mm(self, s_mm: Floats) -> Floats:
         """Return the depth of the cavity's floor at each arc length ``s_mm`` along the centreline, (n,)."""
         return np.interp(s_mm, self.sections.s_mm, self.sections.depth_mm)
 
 
-@dataclass(frozen=True, repr=False)
-class Trajectory(HasSummary):
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(ReadOnly, HasSummary):
     """Timed path of the nozzle: waypoints, each with the speed and the flow until the next waypoint.
 
     Speed and flow are 0 at the last waypoint.
@@ -314,7 +324,6 @@ class Trajectory(HasSummary):
     s_mm: Floats  # Arc length on the crack's centreline, (n,)
     speed_mm_s: Floats  # (n,)
     flow_mm3_s: Floats  # (n,)
-    made_of: Origins = ()
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -352,14 +361,14 @@ class Trajectory(HasSummary):
         return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, len(self.t_s))
 
 
-class JsonRecord(BaseModel):
+class JsonRecord(OwnNames):
     """Base class of frozen records that are written as JSON, with one key for each field."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
 
-@dataclass(frozen=True, repr=False)
-class Bed:
+@dataclass(frozen=True, eq=False, repr=False)
+class Bed(ReadOnly):
     """Particles, falling or at rest, from which levels and volumes are measured."""
 
     position_mm: Floats  # (n, 3)
@@ -378,7 +387,7 @@ class Bed:
         return int(self.spilled.sum())
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Run(HasSummary, Bed, FilledBy):
     """Finished fluid run, computed with particles or with the fast model, which has no particles."""
 
@@ -388,9 +397,8 @@ class Run(HasSummary, Bed, FilledBy):
     health: RunHealth  # Figures that show whether the run is reliable: density error, neighbours, iterations, times
     fast_fill: FastFill | None = None
     remarks: Facts = ()  # Sealant properties that the run cannot represent, found before the first frame
-    level: "Profile | None" = None  # Level computed by the fast model. None for a run with particles
+    fast_level: "Profile | None" = None  # Level computed by the fast model. None for a run with particles
     doubts: Facts = ()  # Warnings about settings outside their usual ranges
-    made_of: Origins = ()
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -420,8 +428,8 @@ class Run(HasSummary, Bed, FilledBy):
         return float((height_mm <= 0).mean()) if len(height_mm) else 0.0
 
 
-@dataclass(frozen=True, repr=False)
-class Profile(HasSummary):
+@dataclass(frozen=True, eq=False, repr=False)
+class Profile(ReadOnly, HasSummary):
     """Level of the sealant along the crack, relative to the face: negative below the face, positive above."""
 
     s_mm: Floats  # (n,), increasing
@@ -435,7 +443,6 @@ class Profile(HasSummary):
     understood: ReadSheet | None = None  # Interpretation of the sheet of readings
     is_depth: bool = False  # True if the sheet measures downward from its datum
     scan: Scan | None = None  # Scan from which the level was read. None for a sheet of caliper readings
-    made_of: Origins = ()
 
     @property
     def main_figures(self) -> dict[str, str]:
@@ -444,6 +451,11 @@ class Profile(HasSummary):
             "level": f"{self.level_mm.min():.2f} to {self.level_mm.max():.2f} mm",
             "data": self.data,
         }
+
+    def __iter__(self) -> Iterator[dict[str, float]]:
+        """Yield a row for each station, from which ``pandas.DataFrame`` makes a table."""
+        rows = zip(self.s_mm.tolist(), self.level_mm.tolist(), strict=True)
+        return ({"s_mm": s_mm, "level_mm": level_mm} for s_mm, level_mm in rows)
 
     def level_at_mm(self, s_mm: Floats) -> Floats:
         """Return the level at other stations, (k,), by linear interpolation."""

@@ -205,7 +205,7 @@ def require_folder(path: Path) -> None:
         raise InputError(f"{as_text(path)}: the name is not UTF-8. Rename the folder, or give another --out.")
     for part in (path, *path.parents):
         if part.exists() and not part.is_dir():
-            raise InputError(f"{part}: is a file, but --out must be a new folder or the folder of an earlier run.")
+            raise InputError(f"{part}: is a file, but should be a new folder or the folder of an earlier run.")
 
 
 def refuse_links(path: Path) -> None:

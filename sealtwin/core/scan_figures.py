@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from pydantic import with_config
 
-from sealtwin.core.arrays import FROM_JSON, Floats
+from sealtwin.core.arrays import FROM_JSON, Floats, ReadOnly
 from sealtwin.core.solid_figures import Span
 
 
@@ -64,8 +64,8 @@ class ScanFigures:
     """Half-width of its 95 % interval, without the error of the cavity."""
 
 
-@dataclass(frozen=True)
-class Scan:
+@dataclass(frozen=True, eq=False)
+class Scan(ReadOnly):
     """Heights of a scan along the crack, and the errors of its levels."""
 
     figures: ScanFigures

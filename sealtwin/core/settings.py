@@ -16,7 +16,7 @@ from pydantic_core import ErrorDetails
 from sealtwin.core.errors import InputError, SettingsFaults, as_text
 from sealtwin.core.facts import Fact, Facts, doubt
 from sealtwin.core.plain_files import read_text
-from sealtwin.core.settings_text import text_of_table
+from sealtwin.core.settings_text import OwnNames, text_of_table
 
 if TYPE_CHECKING:
     # Type checkers take the keywords and their types from the fields.
@@ -46,7 +46,7 @@ class _ByDefault:
         return "..."
 
 
-class Settings(BaseModel, metaclass=KeywordTables):
+class Settings(OwnNames, metaclass=KeywordTables):
     """Base class of the tables of a trial file. Each field has a docstring below it, and its unit in its name."""
 
     model_config = ConfigDict(
@@ -196,12 +196,10 @@ def _faults(kind: type[Settings], errors: list[ErrorDetails]) -> list[tuple[str,
     pydantic reports one error for each branch of a union. The errors for one value are merged into one sentence.
     """
     places: dict[str, list[ErrorDetails]] = {}
+    deeper = {error["loc"][:-1] for error in errors}
     for error in errors:
-        # pydantic does not count the elements of a list that are wrong themselves.
-        if error["type"] == "too_short" and any(
-            other["loc"][: len(error["loc"])] == error["loc"] != other["loc"] for other in errors
-        ):
-            continue
+        if error["type"] == "too_short" and error["loc"] in deeper:
+            continue  # The list is too short because its faulty values do not count
         # pydantic adds the name of a union's branch to the location of an error.
         parts = [part for part in error["loc"] if not re.fullmatch(BRANCH, str(part))]
         if error["type"] == "missing" and isinstance(parts[-1], int):

@@ -5,19 +5,18 @@ import inspect
 import json
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from textwrap import fill, indent
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 Table = type[BaseModel]
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 KINDS: dict[Any, tuple[str, str]] = {
     int: ("whole number", "whole numbers"),
@@ -117,11 +116,12 @@ def meaning(kind: Table) -> str:
 def text_of_table(kind: Table) -> str:
     """Return the docstring of a table with a parameter for each of its fields."""
     text = meaning(kind)
-    entries = "\n".join(_entry(kind, name) for name in kind.model_fields)
+    entries = "\n".join(entry_of(kind, name) for name in kind.model_fields)
     return f"{text}\n\nParameters\n----------\n{entries}\n\n{REFUSED}\n"
 
 
-def _entry(kind: Table, name: str, default: Any = None) -> str:
+def entry_of(kind: Table, name: str, default: Any = None) -> str:
+    """Return the entry of a setting in a docstring: its name, its allowed values and its meaning."""
     field = kind.model_fields[name]
     default = default if field.is_required() else field.default
     shown = json.dumps(default) if isinstance(default, str) else repr(default)
@@ -129,37 +129,8 @@ def _entry(kind: Table, name: str, default: Any = None) -> str:
     return f"{name} : {traits}\n{indent(fill(described(kind).get(name, ''), WIDTH), '    ')}"
 
 
-KEYWORDS: dict[str, frozenset[str]] = {}
-"""Names of the settings that a function accepts as keywords, by the name of the function."""
+class OwnNames(BaseModel):
+    """Base class of tables and records whose Tab completion shows no names of pydantic."""
 
-
-def keywords_of(*kinds: Table, only: Sequence[str] = (), without: Sequence[str] = ()) -> Callable[[Function], Function]:
-    """Document the settings that a function accepts as ``**keywords``. help() then shows their docstrings and defaults.
-
-    The function accepts the settings of the tables ``kinds``. If ``only`` is given, it accepts only the settings named
-    there, and otherwise all settings that ``without`` does not name. A named argument of the function may also be a
-    setting. If the function's docstring already describes an argument, that text is kept.
-    """
-
-    def documented(function: Function) -> Function:
-        signature, text = inspect.signature(function), inspect.cleandoc(function.__doc__ or "")
-        head, rest = text.split("\n\nReturns\n")
-        written = {name for line in head.splitlines() for name in line.split(", ")}
-        owners = {name: kind for kind in kinds for name in kind.model_fields if name not in without}
-        parameters = {
-            name: parameter
-            for name, parameter in signature.parameters.items()
-            if parameter.kind is not parameter.VAR_KEYWORD
-        }
-        KEYWORDS[function.__name__] = frozenset(only or owners)
-        for name in only or owners:
-            kind, field = owners[name], owners[name].model_fields[name]
-            parameter = parameters.get(name, inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY))
-            parameters[name] = parameter if field.is_required() else parameter.replace(default=field.default)
-            if name not in written:
-                head += f"\n{_entry(kind, name, parameter.default)}"
-        function.__doc__ = f"{head}\n\nReturns\n{rest}"
-        vars(function)["__signature__"] = signature.replace(parameters=[*parameters.values()])
-        return function
-
-    return documented
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__()} - {*dir(BaseModel)})

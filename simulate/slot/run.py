@@ -97,7 +97,7 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
             above_mm=fitness.above_mm,
             unfit=(*fitness.unfit, *_unfit_settings(fluid, outline)),
         ),
-        level=level,
+        fast_level=level,
         doubts=inputs.doubts,
     )
     return run, level

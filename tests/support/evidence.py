@@ -18,7 +18,10 @@ from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid
 from sealtwin.core.run_figures import FastFill, RunHealth
 from tests.support.shapes import straight_slot
 from validate.compare import compare
-from validate.metrics.verdict import flat_levels
+from validate.comparison import Baseline
+from validate.metrics.curve_distances import level_difference
+from validate.metrics.verdict import POOL
+from validate.metrics.volumes import balance_profile
 from validate.result import Evidence, SeedRuns
 from validate.settings import Gate
 
@@ -63,6 +66,7 @@ def make_evidence(
         off_mm = np.random.default_rng(0).permuted(np.tile([-0.1, 0.0, 0.1], (len(STATIONS_MM), 1)), axis=1)
         repeats_mm = slope(STATIONS_MM)[:, None] + off_mm
         readings = Profile(STATIONS_MM, slope(STATIONS_MM), repeats_mm, readings_data, source)
+        pool = balance_profile(run.dispensed_volume_mm3, outline, solid)
         comparison = compare(
             profile,
             readings,
@@ -72,7 +76,7 @@ def make_evidence(
             photo_data=photo_data,
             gate=gate,
             escaped_particles=run.escaped_particles,
-            unseen=flat_levels(readings, outline, solid, run.dispensed_volume_mm3),
+            unseen=[Baseline(POOL, 0, level_difference(pool, readings).mean_error)],
         )
     overlay = folder / "overlay.png"
     straight = folder / "straight.png"

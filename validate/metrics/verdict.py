@@ -13,10 +13,9 @@ from typing import Any, Literal
 import numpy as np
 
 from sealtwin.core.facts import Level
-from sealtwin.core.records import Floats, Outline, Profile, Solid
+from sealtwin.core.records import Floats, Profile
 from validate.comparison import Baseline, Basis, Comparison, Outcome
 from validate.metrics.curve_distances import are_compared, level_difference
-from validate.metrics.volumes import balance_profile
 from validate.sentences import sentence, stated
 from validate.settings import Gate, Role
 
@@ -78,17 +77,6 @@ def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
     if solved.status != 0:
         raise RuntimeError(f"No polynomial of {count} coefficients was found: {solved.message}")
     return basis @ solved.x[:count]
-
-
-def flat_levels(measured: Profile, outline: Outline, solid: Solid, dispensed_mm3: float) -> tuple[Baseline, ...]:
-    """Return the baseline made without the readings: the dispensed volume with a flat level, like water.
-
-    The result is empty if nothing was dispensed.
-    """
-    if dispensed_mm3 <= 0:
-        return ()
-    error_mm = level_difference(balance_profile(dispensed_mm3, outline, solid), measured).mean_error
-    return (Baseline(POOL, 0, error_mm),)
 
 
 def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: int | None) -> bool | None:

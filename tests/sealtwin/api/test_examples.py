@@ -23,7 +23,6 @@ FUNCTIONS = {
 FILLED = ("plan_path", "fill_fast")
 COMPARED = (*FILLED, "read_readings", "compare")
 BEFORE = {"fill_fast": FILLED[:1], "compare": COMPARED[:-1], "plot_levels": COMPARED, "write_report": COMPARED} | {
-    "measure_level": ("inject",),
     "write_robot_program": FILLED[:1],
     "write_map": ("sweep",),
 }

@@ -12,7 +12,6 @@ from validate.comparison import Baseline, Basis, Comparison, ErrorFigures
 from validate.intervals import BudgetSummary, ErrorUncertainty
 from validate.metrics.verdict import (
     basis_of,
-    flat_levels,
     nearer_baseline,
     with_verdict,
 )
@@ -79,7 +78,7 @@ def test_a_verdict_needs_seven_stations_over_80_percent_without_large_gaps(s_mm,
     [
         ({"readings_data": "reconstructed", "role": "calibrated-on"}, "Calibrated on these reconstructed readings"),
         ({"photo_data": "synthetic"}, "The sample is synthetic."),
-        ({"role": "undeclared"}, "is not declared: set readings.role"),
+        ({"role": "undeclared"}, 'is not declared: give role = "held-out"'),
         (
             {"role": "calibrated-on", "fitted": FITTED, "basis": basis(16, 1.0, 5.0, enough=True)},
             "(fitted at 16 stations: viscosity weight (U), age at freezing, wall angle)",
@@ -136,18 +135,10 @@ FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
 )
 def test_a_baseline_uses_no_more_readings_than_the_simulation(role, fitted, names):
     """A curve through held-out readings would use them, and a fitted level uses more than the dispensed volume."""
-    pool = flat_levels(FAST_FILL, CRACK, SOLID, 3000.0)
-    declared = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
+    pool = Baseline("the dispensed volume lying flat", 0, 1.0)
+    declared = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": [pool]}
     compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, CRACK, SOLID, **declared)
     assert [curve.name for curve in compared.baselines] == names
-
-
-def test_the_baseline_of_the_dispensed_volume_is_a_flat_level():
-    """In a slot 3 mm wide and 80 mm long its level is -2 mm."""
-    readings = Profile(S_MM, np.full(17, -4.0))
-    (pool,) = flat_levels(readings, CRACK, SOLID, 3.0 * 80.0 * 8.0)
-    assert pool.mean_error_mm == pytest.approx(2.0, abs=1e-3)
-    assert flat_levels(readings, CRACK, SOLID, 0.0) == ()
 
 
 @pytest.mark.parametrize(
