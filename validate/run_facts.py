@@ -27,14 +27,14 @@ DRAFTED_MM = 1.1
 
 
 def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> Facts:
-    """Return a caution for each figure of a run that shows a fault, and for a draft or the fast model.
+    """Return a caution for each figure of a run that shows a fault, for a draft, and for an unfit case of the fast model.
 
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. Volume that ran over the
     sample's edge has its own sentence, because the fluid did not lose it. Faults of the other runs in ``seeds`` come
     last.
     """
     facts = []
-    if run.fast_fill is not None:
+    if run.fast_fill is not None and run.unfit:
         facts = [doubted("method.fast", run=run), *run.unfit]
     elif is_draft(run):
         accurate_mm = run.settings.get("solver", {}).get("accurate_radius_mm") or run.radius_mm

@@ -4,7 +4,6 @@ import importlib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from tests.support.evidence import make_evidence
@@ -35,23 +34,11 @@ def hostile(tmp_path_factory):
     return folder / "report.html"
 
 
-def live(page):
-    page.wait_for_selector("#turntable.live", timeout=30_000)
-    return page.locator("#turntable canvas")
-
-
-def view(page):
-    """Return azimuth and elevation in degrees, and the zoom."""
-    page.evaluate("new Promise(requestAnimationFrame)")
-    return np.array([float(number) for number in page.get_attribute("#turntable", "data-view").split()])
-
-
 @pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1280, "light")])
 def test_axe_finds_no_accessibility_violation_in_the_report(open_report, report, width, scheme):
     """All rules of axe-core are applied, with best practices and colour contrast."""
     axe = importlib.import_module("axe_playwright_python.sync_playwright").Axe()
     page = open_report(report, width=width, color_scheme=scheme)
-    live(page)
     violations = axe.run(page).response["violations"]
     assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in violations] == []
 
@@ -60,10 +47,8 @@ def test_axe_finds_no_accessibility_violation_in_the_report(open_report, report,
 def test_no_part_of_the_report_is_wider_than_the_window_or_cut(open_report, report, hostile, width):
     """A name of any length does not make the page scroll sideways; no word of a plot is cut off by its edge."""
     page = open_report(hostile, width=width, height=844)
-    live(page)
     assert page.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
     page = open_report(report, width=width, height=844)
-    live(page)
     within = """() => [...document.querySelectorAll("figure svg, figure img, figure canvas")].filter((it) =>
         it.checkVisibility()).map((it) => {
         const box = it.getBoundingClientRect();
@@ -76,41 +61,7 @@ def test_no_part_of_the_report_is_wider_than_the_window_or_cut(open_report, repo
 
 def test_html_in_names_is_shown_as_text_and_not_executed(open_report, hostile):
     page = open_report(hostile)
-    live(page)
     assert page.evaluate("window.struck") is None
     assert page.title() == NAME + ": sealtwin report"
     assert page.inner_text(".first .top b").startswith("</title></script>")
-    assert page.locator("script").count() == 2
-
-
-def test_pointer_keys_and_buttons_turn_the_3d_view(open_report, report):
-    page = open_report(report)
-    canvas = live(page)
-    canvas.scroll_into_view_if_needed()
-    begin = view(page)
-    box = canvas.bounding_box()
-    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(*middle)
-    page.mouse.down()
-    page.mouse.move(middle[0] + box["width"] / 4, middle[1] + box["width"] / 12)
-    page.mouse.up()
-    # Half a turn is the picture's width.
-    assert view(page) - begin == pytest.approx([-45.0, 15.0, 0.0], abs=0.2)
-    canvas.press("Home")
-    assert view(page) == pytest.approx(begin)
-    for key in ("ArrowLeft", "ArrowUp", "ArrowUp", "+"):
-        canvas.press(key)
-    assert view(page) - begin == pytest.approx([5.0, 10.0, 0.2], abs=0.06)
-    for name in ("Turn to the right", "Look from lower down", "Look from lower down", "Go farther away"):
-        page.get_by_role("button", name=name).click()
-    assert view(page) == pytest.approx(begin, abs=0.06)
-
-
-@pytest.mark.parametrize("lack", ["scripts", "WebGL"])
-def test_a_sentence_replaces_the_3d_view_without_scripts_or_webgl(open_report, report, lack):
-    look = {"java_script_enabled": False} if lack == "scripts" else {}
-    script = "" if lack == "scripts" else "HTMLCanvasElement.prototype.getContext = () => null"
-    page = open_report(report, script=script, **look)
-    assert page.get_by_text("This view needs scripts and WebGL 2.").is_visible()
-    assert not page.locator("#turntable canvas").is_visible()
-    assert not page.locator("#turntable button").first.is_visible()
+    assert page.locator("script").count() == 0

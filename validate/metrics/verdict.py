@@ -213,7 +213,6 @@ HEADLINES: dict[Case, tuple[str, ...]] = {
 LEVELS: dict[str, Level] = {
     "verdict.leak": "fault",
     "verdict.edited": "fault",
-    SCREENING: "caution",
     "verdict.too-few-readings": "caution",
 }
 LIMITS = {"fewest_stations": FEWEST_STATIONS, "least_coverage": MIN_COVERAGE, "widest_gap": WIDEST_GAP}

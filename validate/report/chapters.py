@@ -25,7 +25,6 @@ from validate.figures.first_figure import FirstFigure
 from validate.figures.levels import draw_histogram, draw_uncertainty, draw_weighed_fill
 from validate.figures.snapshots import FillScene, draw_fill
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_top_view
-from validate.figures.turntable import Turntable, build_turntable
 from validate.intervals import ErrorUncertainty
 from validate.report.report_facts import (
     HEALTH_LABELS,
@@ -55,15 +54,6 @@ class PhotoBlock:
 
 
 @dataclass(frozen=True)
-class Model:
-    """A model in 3-D that the page can turn. The PDF does not show it."""
-
-    caption: str
-    alt: str
-    turntable: Turntable
-
-
-@dataclass(frozen=True)
 class Paragraph:
     """Sentences that are printed one below the other."""
 
@@ -79,7 +69,7 @@ class CommandLines:
 
 
 Picture = PhotoBlock | Plate
-Item = Picture | Model | PageTable | Paragraph | CommandLines
+Item = Picture | PageTable | Paragraph | CommandLines
 
 
 @dataclass(frozen=True)
@@ -137,9 +127,7 @@ def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Ite
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
     if evidence.run.has_particles:
-        alt = "The sealant in the crack, seen from one side and from above, coloured by age"
-        model = Model(sentence("figure_model"), alt, build_turntable(evidence.run, evidence.solid))
-        yield "Fill", "fill", [model, *fill_plates(evidence)]
+        yield "Fill", "fill", [*fill_plates(evidence)]
     yield "Photo", "answer", [_photo(evidence)]
     yield "Uncertainty", "uncertainty", [Paragraph(texts(uncertainty_facts(evidence)))]
 

@@ -1,16 +1,11 @@
 """Write the report of a trial as a page, a file for programs and, if wanted, a PDF, from the same facts and figures."""
 
 import base64
-import hashlib
 import io
 from collections.abc import Mapping, Sequence
-from importlib.resources import files as resources
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-from markupsafe import Markup
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
@@ -18,10 +13,9 @@ from PIL import Image
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.first_figure import NARROW, WIDE
 from validate.figures.page import page_environment
-from validate.figures.theme import AGES, as_picture, as_svg, in_page
+from validate.figures.theme import as_picture, as_svg, in_page
 from validate.report.chapters import (
     Chapter,
-    Model,
     PhotoBlock,
     Picture,
     Plate,
@@ -43,7 +37,6 @@ from validate.units import PageTable
 
 DPI = 150  # Resolution of pixels inside the page's figures, and of the PDF's figures
 QUALITY = 85  # Quality of JPEGs of photos
-STOPS = 9  # Colours between which the page interpolates a colour scale. Viridis is then exact to 1 %.
 REPORT, PDF = ("report.html", "report.json"), "report.pdf"  # Files of a report, and its PDF
 
 ALT = "The straightened photo, the level of the sealant and its error along the crack, and a section across"
@@ -121,18 +114,10 @@ def _page(
     environment.filters["kind"] = lambda item: type(item).__name__
     environment.filters["photo"] = lambda item: _data_uri(item.pixels)
     environment.filters["svg"] = lambda item: in_page(drawings[item], item.caption)
-    turns = any(isinstance(item, Model) for chapter in content for item in chapter.items)
-    script = resources("validate").joinpath("templates", "turntable.js").read_text(encoding="utf-8") if turns else ""
-    stops = map(to_hex, matplotlib.colormaps[AGES](np.linspace(0, 1, STOPS)))
     return environment.get_template("report.html.j2").render(
         data=data,
         first=first,
         chapters=content,
-        # The colour scale of ages for CSS, from left to right.
-        colours=f"linear-gradient(to right, {', '.join(stops)})",
-        script=Markup(script),
-        # The page's policy allows only this script, by its hash.
-        digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from sealtwin.core.arrays import Booleans, Floats, Integers, rms
 from sealtwin.core.facts import Fact, Facts
 from validate.intervals import BudgetPart, BudgetSummary
-from validate.sentences import doubted
+from validate.sentences import assumed
 from validate.settings import PASS_MM
 
 DRAWS = 4_000
@@ -233,7 +233,7 @@ class Budget:
         return BudgetSummary(parts=parts, missing=missing, scatter_known=self.scatter_known, notes=notes)
 
     def _allowed(self, component: Component, curve: Curve) -> Fact:
-        """Return a warning about an undeclared error that the data cannot exclude."""
+        """Return the statement that the intervals allow for an undeclared error that the data cannot exclude."""
         with_it, without = (
             budget.mean_mm(curve.weights())
             for budget in (
@@ -242,7 +242,7 @@ class Budget:
             )
         )
         times = with_it / max(without, 1e-9)
-        return doubted("readings.allowed-for", times, pass_mm=PASS_MM, setting=component.setting)
+        return assumed("readings.allowed-for", times, pass_mm=PASS_MM, setting=component.setting)
 
     def part(self, component: Component, curve: Curve, signs: Floats | None = None) -> BudgetPart:
         """Return the standard uncertainties that one error causes by itself.

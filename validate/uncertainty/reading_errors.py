@@ -8,7 +8,7 @@ from sealtwin.core.arrays import midpoints
 from sealtwin.core.facts import Fact
 from sealtwin.core.records import Booleans, Floats, Profile
 from sealtwin.core.scan_figures import Scan
-from validate.sentences import doubted
+from validate.sentences import assumed, doubted
 from validate.settings import OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import (
     DRAWS,
@@ -117,7 +117,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         notes.append(doubted("readings.rounded", resolution_mm, "mm", rounding=settings.rounding))
     steps_mm = _steps_mm(s_mm, measured.level_mm)
     if steps_mm:
-        notes.append(doubted("readings.few-stations", steps_mm, "mm", fewest=STATIONS_FOR_STEPS))
+        notes.append(assumed("readings.few-stations", steps_mm, "mm", fewest=STATIONS_FOR_STEPS))
     return Budget(
         stations=stations,
         components=tuple(components),
