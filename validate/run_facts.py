@@ -27,7 +27,7 @@ DRAFTED_MM = 1.1
 
 
 def run_warnings(run: Run | Simulation, volume_ratio: float, seeds: SeedRuns | None = None) -> Facts:
-    """Return a caution for each figure of a run that shows a fault, for a draft, and for an unfit case of the fast model.
+    """Return a caution for each figure of a run that shows a fault, for a draft, and for an unfit fast model.
 
     ``volume_ratio`` is the volume of the settled particles divided by the dispensed volume. Volume that ran over the
     sample's edge has its own sentence, because the fluid did not lose it. Faults of the other runs in ``seeds`` come

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from sealtwin.cli.models import StudyMap, StudyRuns, Sweeping, WorkerProcesses
     from sealtwin.plan import PlanOptions
     from sealtwin.study.study_map import Mapped
-    from validate.figures.page import Page
 
 LAUNCH = 256  # Runs computed together on a GPU. For the paper's trial they use 2 GB, or 6 GB if nothing freezes
 MAX_NAMED = 8  # Largest number of failed runs that are printed. The table contains all of them
@@ -22,10 +21,9 @@ MAX_NAMED = 8  # Largest number of failed runs that are printed. The table conta
 @answers()
 def compare(
     command: Command,
-    folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 7.")],
-    out: Annotated[Path, option("Folder for the page.", "DIR")] = Path("reports", "compare"),
+    folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, two or more.")],
 ) -> None:
-    """Compare runs: a table of their figures, settings and stage numbers that differ, and levels in one plot.
+    """Compare runs: their figures, and the settings and stage numbers that differ.
 
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """
@@ -33,8 +31,8 @@ def compare(
         raise typer.BadParameter("give at least two run folders")
     from sealtwin.study.run_comparison import compare_runs
 
-    content, page = compare_runs(folders, out)
-    command.reply(content, compared_lines(content, page))
+    content = compare_runs(folders)
+    command.reply(content, compared_lines(content))
 
 
 @answers(options="sealtwin.cli.models:StudyMap")
@@ -210,11 +208,15 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     ]
 
 
-def compared_lines(content: dict[str, Any], page: "Page") -> list[str]:
+def compared_lines(content: dict[str, Any]) -> list[str]:
     """Return the printed lines for a comparison of runs. ``content`` is the object that --json prints."""
-    from validate.units import setting_words
+    from validate.units import setting_words, words
 
-    lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
+    lines = [*content["other_versions"], *content["fluid_warnings"], content["finding"]]
+    for run in content["runs"]:
+        number, name, *figures = run.items()
+        texts = [f"{words(key)} {setting_words(value)}" for key, value in figures if value is not None]
+        lines.append(f"{number[1]}: {name[1]}: {', '.join(texts)}")
     for name, values in content["differing"].items():
         lines.append(f"{name}: {'; '.join(setting_words(value) for value in values)}")
-    return [*page.cautions, page.finding, *lines, f"Page: {content['page']}"]
+    return lines

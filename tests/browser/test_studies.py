@@ -6,10 +6,8 @@ from pathlib import Path
 import pytest
 
 from sealtwin.core.facts import Fact
-from tests.support.comparison_sides import side
 from tests.support.mapped_study import make_chart
 from validate.figures.chart import Excluded
-from validate.figures.compare_page import compare_page
 from validate.figures.map_page import map_page
 from validate.figures.page import write_page
 
@@ -24,16 +22,9 @@ def a_map(folder: Path) -> Path:
     return folder / "map.html"
 
 
-def seven_runs(folder: Path) -> Path:
-    sides = [side(HOSTILE + "W" * 60 + str(number), 0.1, lowered_mm=0.1 * number) for number in range(7)]
-    write_page(folder / "compare.html", compare_page(sides))
-    return folder / "compare.html"
-
-
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
-@pytest.mark.parametrize("write", [a_map, seven_runs])
-def test_study_pages_fit_the_window_load_no_other_file_and_pass_axe(chromium, tmp_path, write, width, scheme):
-    target = write(tmp_path).as_uri()
+def test_study_pages_fit_the_window_load_no_other_file_and_pass_axe(chromium, tmp_path, width, scheme):
+    target = a_map(tmp_path).as_uri()
     complaints, asked = [], set()
     context = chromium.new_context(viewport={"width": width, "height": 844}, color_scheme=scheme)
     page = context.new_page()

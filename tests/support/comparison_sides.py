@@ -4,9 +4,9 @@ from dataclasses import replace
 from typing import Any
 
 from sealtwin.core.records import DataKind, Profile
+from sealtwin.study.run_comparison import Side
 from tests.support.mapped_study import S_MM, line, make_readings
 from validate.comparison import Baseline, Basis, Comparison, CurveDistances, ErrorFigures, FilledVolumes
-from validate.figures.compare_page import Side
 
 COMPARISON = Comparison.model_construct(
     errors=ErrorFigures(*[0.5] * 3, worst_at_mm=3.0, share_under_1_mm=1.0, flat_level_mm=-4.0, flat_level_error_mm=4.0),

@@ -10,6 +10,6 @@ contains the stations that both levels cover, with both levels. The report of a 
 report.html is deleted, or if ``REPORT_FORM`` in ``sealtwin.trial.validate_stage`` is raised.
 
 To add a figure to the page of a study, write the function. Then list it as a ``Plot``, with its caption and the numbers
-for its CSV, in the function of that page: ``map_page``, ``compare_page``, ``calibration_page``, or the plan's page
+for its CSV, in the function of that page: ``map_page``, ``calibration_page``, or the plan's page
 (``sealtwin.plan.verify``). ``page`` writes all pages.
 """
