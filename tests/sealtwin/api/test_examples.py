@@ -15,6 +15,7 @@ from digitise.drawing.read_dxf import sample_stl
 from sealtwin.api import studies
 from tests.support.photos import mortar, with_crack, write_png
 from tests.support.processes import commands
+from tests.support.robot_cells import TAUGHT_CELL
 from tests.support.tiny_study import plannable_lab
 
 FUNCTIONS = {
@@ -44,6 +45,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def lab(tmp_path_factory) -> Path:
     """Files that the examples name."""
     folder = plannable_lab(tmp_path_factory.mktemp("lab"))
+    (folder / "cell.toml").write_text(TAUGHT_CELL)
     (folder / "crack.stl").write_bytes(sample_stl(st.crack_from_polyline([(0, 20), (60, 20)], 3), 10.0))
     drawing = ezdxf.filemanagement.new(units=units.MM)
     drawing.modelspace().add_lwpolyline([(0, 20), (60, 20)], dxfattribs={"layer": "MIDDLE"})
