@@ -158,6 +158,7 @@ def plan_trajectory(
         s_mm=s_mm,
         speed_mm_s=np.append(np.diff(way_mm) / lasts_s, 0.0),
         flow_mm3_s=np.append(volume_mm3 * share / lasts_s, 0.0),
+        has_origin=outline.has_origin,
     )
 
 
@@ -177,6 +178,7 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
         s_mm=s_mm,
         speed_mm_s=planned.speed_mm_s,
         flow_mm3_s=planned.flow,
+        has_origin=outline.has_origin,
     )
 
 

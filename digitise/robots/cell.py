@@ -63,8 +63,8 @@ class Taught(Settings):
     """A point on the face, in the sample's frame and in the robot's frame."""
 
     sample_mm: tuple[OnFace, OnFace]
-    """x and y as in outline.json: x to the right and y up in the photo. If face_mm is given, the face's lower left
-    corner is [0, 0]."""
+    """x and y as in outline.json: x to the right and y up in the photo. [0, 0] is the lower left corner of the face,
+    or of the area inside the frame of markers."""
     robot_mm: tuple[InCell, InCell, InCell]
     """Coordinates that the pendant shows while the nozzle's tip is on that point."""
 
@@ -137,6 +137,10 @@ class RobotCell(LanguageTables):
     frame_limit_mm: float = Field(default=0.5, gt=0, le=10)
     """Largest allowed distance of a taught point from its fitted position. The default is a sixth of the width of the
     paper's crack, 3.1 mm, and more than the error of touching a mark by hand."""
+    taught_in: Literal["sample", "photo"] = "sample"
+    """Frame of the taught points. sample: [0, 0] is on the sample, as markers or the face's corners define it. photo:
+    [0, 0] is the lower left pixel of this photo, and the sample has not been moved since. A crack whose scale is a
+    ruler or mm_per_px has only the second frame."""
     taught: tuple[Taught, ...] = Field(min_length=3, max_length=100)
     """Three or more points on the face, not all on one line. With four or more, teaching errors are detected better."""
     reach: Reach
@@ -169,6 +173,23 @@ class RobotCell(LanguageTables):
         flows = [table.largest_flow_mm3_s for table in self.languages.values()]
         flows += [] if self.plunger is None else [self.plunger.area_mm2 * self.plunger.largest_speed_mm_s]
         return [flow for flow in flows if flow is not None]
+
+    def require_frame(self, has_origin: bool, where: str) -> None:
+        """Raise InputError, with ``where`` first, if the points were taught in another frame than a crack has.
+
+        ``has_origin`` is False if the crack's [0, 0] is only the photo's corner.
+        """
+        if self.taught_in == "sample" and not has_origin:
+            raise InputError(
+                f"{where}: the points are taught on the sample, but the crack's [0, 0] is the photo's corner, since "
+                "its scale is a ruler or mm_per_px. Digitise with markers or with the face's corners. If the points "
+                'were taught in this photo, give taught_in = "photo".'
+            )
+        if self.taught_in == "photo" and has_origin:
+            raise InputError(
+                f'{where}: taught_in is "photo", but the crack\'s [0, 0] is on the sample. Give taught_in = "sample", '
+                "and sample_mm as in outline.json."
+            )
 
     def missing_for(self, kind: Format) -> str | None:
         """Return the name of the table that a format needs and the cell lacks. None if no table is missing."""

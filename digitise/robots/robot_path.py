@@ -136,6 +136,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
     If a weighed ``pump`` is given, the path's flow is replaced by the flow to request from the pump.
     """
     _check_rows(trajectory)
+    cell.require_frame(trajectory.has_origin, cell_file)
     sample_mm, robot_mm = (
         np.array([getattr(point, field) for point in cell.taught]) for field in ("sample_mm", "robot_mm")
     )

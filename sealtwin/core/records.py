@@ -181,6 +181,11 @@ class Outline(ReadOnly, HasSummary):
         return np.array([self.outline_px.min(axis=0) - around_px, self.outline_px.max(axis=0) + around_px])
 
     @property
+    def has_origin(self) -> bool:
+        """False if [0, 0] is only the photo's corner, since the scale has neither markers nor the face's corners."""
+        return self.face_mm is not None or self.scale_residual_mm is not None or self.seen_in != "photo"
+
+    @property
     def seen_in(self) -> Literal["photo", "mesh", "drawing"]:
         """Kind of input from which the outline was made."""
         if self.path_source == "drawn":
@@ -324,6 +329,7 @@ class Trajectory(ReadOnly, HasSummary):
     s_mm: Floats  # Arc length on the crack's centreline, (n,)
     speed_mm_s: Floats  # (n,)
     flow_mm3_s: Floats  # (n,)
+    has_origin: bool = True  # As in the outline of the crack. trajectory.csv does not contain it
 
     @property
     def main_figures(self) -> dict[str, str]:

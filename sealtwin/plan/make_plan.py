@@ -215,6 +215,8 @@ def make_plan(
         with open_folder(folder / SAMPLE, create=True) as home:
             run_stages(start_job(trial, file.parent, home, "cpu", progress, file), ("digitise",))
         sample = record_files.read_sample(folder / SAMPLE)
+        if cell is not None:
+            cell.settings.require_frame(sample.outline.has_origin, cell.name)
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
         planned = plan_on(verifier, options, (cell.settings, cell.pump) if cell else (None, None), file)
         warned = verifier.fluid_warnings

@@ -84,7 +84,8 @@ def write_robot_files(folder: RunFolder, cell_file: Path, options: ProgramOption
     """
     began = time.monotonic()
     require_digitised(folder)
-    outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
+    outline = record_files.read_outline(folder.path)
+    trajectory = replace(record_files.read_trajectory(folder.path), has_origin=outline.has_origin)
     cell = CellFile.read(cell_file)
     origin = origin_of(folder.path, load_trial(folder.path / "trial.toml").name, outline, USES)
     origin["edited_by_hand"] = sorted(set(folder.edited("digitise")) & set(USES))

@@ -24,12 +24,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from sealtwin.trial.starter_files import CELL
 from tests.shown_output import FACTS, NOTE
 from tests.support.lab_folder import make_lab_folder
 from tests.support.meshes import mesh_of, modelled, slotted
 from tests.support.paths import FIXTURE, ROOT
 from tests.support.photos import mortar, with_crack, write_png
+from tests.support.robot_cells import TAUGHT_CELL
 from tests.support.shapes import wandering_crack
 from tests.support.tiny_study import tiny_lab
 
@@ -139,7 +139,7 @@ def make_inputs(folder: Path) -> None:
     shutil.copytree(FIXTURE, folder / "paper")
     make_lab_folder(folder / "measurements")
     tiny_lab(folder / "tiny")
-    (folder / "cell.toml").write_text(CELL, encoding="utf-8")
+    (folder / "cell.toml").write_text(TAUGHT_CELL, encoding="utf-8")
     (folder / "depths.csv").write_text("s_mm,depth_mm\n0,6.0\n8,7.5\n16,9.0\n26,8.0\n", encoding="utf-8")
     grounds = [mortar((360, 220), seed=seed) for seed in range(1, 6)]
     for ground, (name, (points_px, width_px)) in zip(grounds, PHOTOS.items(), strict=True):

@@ -11,8 +11,26 @@ from digitise.robots.robot_path import RobotPath, place_path
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Floats, Outline, Sections, Trajectory
+from sealtwin.trial.starter_files import CELL
 from tests.support.shapes import CUT, random_crack, wandering_crack
 
+TAUGHT = """
+[[taught]]
+sample_mm = [0.0, 0.0]
+robot_mm = [250.0, -80.0, 55.0]
+
+[[taught]]
+sample_mm = [160.0, 0.0]
+robot_mm = [250.0, 80.0, 55.0]
+
+[[taught]]
+sample_mm = [0.0, 40.0]
+robot_mm = [210.0, -80.0, 55.0]
+"""
+TAUGHT_CELL = CELL + TAUGHT
+"""The example of a cell file with points that are taught on the sample's face."""
+PHOTO_CELL = f'taught_in = "photo"\n{TAUGHT_CELL}'
+"""The same cell for a photo whose scale is mm_per_px."""
 CORNERS_MM = ((0.0, 0.0), (160.0, 0.0), (0.0, 40.0))
 SHIFT_MM = (300.0, -60.0, 80.0)
 SECTIONS = Sections(np.array([0.0, 90.0]), np.array([5.0, 15.0]), np.array([15.0, 45.0]))

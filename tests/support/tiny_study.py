@@ -13,10 +13,10 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import StudyOptions, compute
 from sealtwin.study.study_folder import profile_path, read_plan
 from sealtwin.trial.job import Job, resume_job, start_job
-from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
 from tests.support.photos import mortar, with_crack, write_png
 from tests.support.report_stubs import leave_out_pages
+from tests.support.robot_cells import PHOTO_CELL
 
 HERE = StudyOptions(device="cpu", jobs=0, batch=1, drafts=False)
 """Runs one by one in this process: starting others takes seconds."""
@@ -86,8 +86,7 @@ def plannable_lab(folder: Path) -> Path:
     trial = TRIAL.split("[readings]")[0].replace(AGED, fluid)
     trial = trial.replace("volume_ml = 0.08\nspeed_mm_s = 20", 'volume_ml = "cavity"\nspeed_mm_s = 8')
     (folder / "planned.toml").write_text(trial.replace("settle_s = 0.0", "settle_s = 0.5"))
-    cell = CELL.replace("{file}", "cell.toml").replace('["spel", "csv"]', '["csv"]')
-    (folder / "cell.toml").write_text(cell)
+    (folder / "cell.toml").write_text(PHOTO_CELL.replace('["spel", "csv"]', '["csv"]'))
     return folder
 
 

@@ -16,12 +16,12 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import read_settings
 from sealtwin.trial.starter_files import CELL
-from tests.support.robot_cells import cell, trajectory
+from tests.support.robot_cells import TAUGHT_CELL, cell, trajectory
 from tests.support.robot_readers import read_gcode
 
 
 def read(tmp_path, *changes: tuple[str, str]) -> RobotCell:
-    text = CELL
+    text = TAUGHT_CELL
     for old, new in changes:
         assert old in text
         text = text.replace(old, new, 1)

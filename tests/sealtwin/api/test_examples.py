@@ -15,6 +15,7 @@ from sealtwin.api import studies
 from sealtwin.core.record_files import write_solid
 from tests.support.photos import mortar, with_crack, write_png
 from tests.support.processes import commands
+from tests.support.robot_cells import TAUGHT_CELL
 from tests.support.tiny_study import plannable_lab
 
 FUNCTIONS = {
@@ -43,6 +44,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def lab(tmp_path_factory) -> Path:
     """Files that the examples name."""
     folder = plannable_lab(tmp_path_factory.mktemp("lab"))
+    (folder / "cell.toml").write_text(TAUGHT_CELL)
     write_solid(folder, st.build_solid(st.crack_from_polyline([(0, 20), (60, 20)], 3), 10.0, tilt="vertical"))
     drawing = ezdxf.filemanagement.new(units=units.MM)
     drawing.modelspace().add_lwpolyline([(0, 20), (60, 20)], dxfattribs={"layer": "MIDDLE"})

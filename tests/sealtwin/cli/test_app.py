@@ -12,6 +12,7 @@ import typer
 from sealtwin.cli.answer import Command, ending
 from tests.support.photos import mortar, with_crack, write_png
 from tests.support.processes import refusal, sealtwin
+from tests.support.robot_cells import PHOTO_CELL
 from tests.support.tiny_study import tiny_lab
 
 LINE = [(40, 150), (460, 140)]
@@ -109,9 +110,8 @@ def test_a_crack_path_without_a_depth_cannot_be_simulated(thin, tmp_path):
     for command in ("simulate", "validate"):
         assert "has only the crack's path" in refusal(command, out)
     cell = tmp_path / "cell.toml"
-    for line in (
-        ("robot", "--example", cell), ("robot", out, "--cell", cell), ("digitise", *arguments, "--depth-mm", 16)
-    ):  # fmt: skip
+    cell.write_text(PHOTO_CELL)
+    for line in (("robot", out, "--cell", cell), ("digitise", *arguments, "--depth-mm", 16)):
         answer = sealtwin(*line)
         assert answer.exit_code == 0, answer.output
     result, outline = (json.loads((out / name).read_text()) for name in ("run.json", "outline.json"))

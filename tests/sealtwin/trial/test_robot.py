@@ -14,6 +14,7 @@ from tests.digitise.robots.test_cell import uncommented
 from tests.support.ingested_lab import edit
 from tests.support.paths import FIXTURE
 from tests.support.processes import sealtwin
+from tests.support.robot_cells import PHOTO_CELL, TAUGHT_CELL
 
 EVERY = {language.file for language in LANGUAGES.values()} | {"robot.json"}
 
@@ -35,7 +36,7 @@ def run(digitised, tmp_path) -> Path:
 @pytest.fixture
 def cell(tmp_path) -> Path:
     """The example, with all its tables."""
-    text = CELL
+    text = TAUGHT_CELL
     for old, new in uncommented("plunger", *LANGUAGES):
         text = text.replace(old, new, 1)
     path = tmp_path / "cell.toml"
@@ -92,14 +93,14 @@ def test_only_the_requested_robot_formats_are_written(run, cell):
     assert report["length_mm"] == pytest.approx(60.0, abs=2.0)
     assert report["duration_s"] == pytest.approx(report["length_mm"] / 4.0, rel=1e-6)
     assert answer.stdout.startswith(f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, 4.8 ml;")
-    assert sealtwin("robot", run, "--cell", cell, "--format", "csv,krl").exit_code == 2
+    assert sealtwin("robot", run, "--cell", cell, "--format", "csv,krl").exit_code == 3
     assert sealtwin("robot", run).exit_code == 2
 
 
 def test_a_refused_format_leaves_no_file_of_any_format(run, cell):
     edit(cell, "blend_mm = 0.4", "blend_mm = 0.9")
     assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "csv,urscript")
-    cell.write_text(CELL, encoding="utf-8")
+    cell.write_text(TAUGHT_CELL, encoding="utf-8")
     assert "the format gcode requires a table [gcode]" in _refusal(run, "--cell", cell, "--format", "gcode")
 
 
@@ -124,6 +125,20 @@ def test_an_unusable_robot_cell_is_refused_with_the_reason(run, cell, old, new, 
     stderr = _refusal(run, "--cell", cell)
     assert "cell.toml: " in stderr
     assert says in stderr
+
+
+@pytest.mark.parametrize("taught_in", ["sample", "photo"])
+@pytest.mark.parametrize(("scale_residual_mm", "face_mm"), [(0.01, None), (None, [0, 0, 160, 40]), (None, None)])
+def test_a_path_is_refused_if_its_points_were_taught_in_another_frame(run, cell, taught_in, scale_residual_mm, face_mm):
+    """Markers have a residual, and a ruler has neither. In the photo's frame, the path lay 108 mm beside the crack."""
+    outline = files.read_json(run / "outline.json") | {"scale_residual_mm": scale_residual_mm, "face_mm": face_mm}
+    files.write_json(run / "outline.json", outline)
+    cell.write_text(PHOTO_CELL if taught_in == "photo" else TAUGHT_CELL, encoding="utf-8")
+    has_origin = scale_residual_mm is not None or face_mm is not None
+    if has_origin == (taught_in == "sample"):
+        assert sealtwin("robot", run, "--cell", cell).exit_code == 0
+    else:
+        assert "taught_in" in _refusal(run, "--cell", cell)
 
 
 def test_a_missing_robot_cell_and_an_unfinished_run_are_refused(run, cell, tmp_path):
@@ -183,6 +198,8 @@ def test_the_example_option_of_robot_writes_a_cell_file_without_a_run_folder(tmp
     answer = sealtwin("robot", "--example", tmp_path / "mine.toml")
     assert answer.exit_code == 0
     assert (tmp_path / "mine.toml").read_text() == CELL.replace("{file}", "mine.toml")
+    (fault,) = _refusal(run, "--cell", tmp_path / "mine.toml").splitlines()
+    assert "mine.toml: taught is missing" in fault
     assert sealtwin("robot", "--example", tmp_path / "mine.toml").exit_code == 3
     assert sealtwin("robot", run, "--example", tmp_path / "other.toml").exit_code == 2
     assert not (tmp_path / "other.toml").exists()

@@ -15,10 +15,10 @@ from sealtwin.study.pipeline import run_stages
 from sealtwin.study.uncertainty_runs import vary
 from sealtwin.trial import validate_stage
 from sealtwin.trial.job import NUMBERS, STAGES, display_path, numbers_up_to, start_job
-from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
 from tests.support.messages import Narration
 from tests.support.report_stubs import leave_out_pages
+from tests.support.robot_cells import PHOTO_CELL
 from tests.support.tiny_study import job_in, tiny_lab
 
 
@@ -93,7 +93,7 @@ def test_a_stage_that_reads_files_of_another_stage_number_gives_a_note(run, monk
 )
 def test_every_command_states_once_that_another_version_computed_the_run(run, tmp_path, monkeypatch, words, raised):
     """Only the narration, which --quiet hides, once named the version."""
-    (tmp_path / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"), encoding="utf-8")
+    (tmp_path / "cell.toml").write_text(PHOTO_CELL, encoding="utf-8")
     places = {"RUN": run, "CELL": tmp_path / "cell.toml", "OUT": tmp_path / "out"}
     command = [*(str(places.get(word, word)) for word in words.split()), "--quiet"]
     own = NUMBERS[raised]
