@@ -14,7 +14,7 @@ from simulate.fluid.viscosity import explicit_passes
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup_checks import check_fit, rheology_of, solved_as
-from tests.support.small_fluids import FRAME_S, engine_with, in_rows, lattice, prepared, slot
+from tests.support.small_fluids import FRAME_S, as_paper, engine_with, in_rows, lattice, prepared, slot
 
 SUPPORT_CM = 0.16
 CURING = "age_s,viscosity_pa_s,yield_stress_pa\n0,0.05,0\n10,5,20\n"
@@ -86,11 +86,11 @@ def test_settings_that_conflict_with_a_curve_or_are_incomplete_are_refused(table
 
 
 def test_a_softening_curve_is_refused_if_particles_may_sleep():
-    (solid, outline), nozzle = slot(), Nozzle()
+    (solid, outline), nozzle = slot(), Nozzle(diameter_mm=2.4)
     soft = curve(age_s=[0, 1], viscosity_pa_s=[1, 1], yield_stress_pa=[9, 3])
     with pytest.raises(InputError, match=r"solver\.sleep = false"):
-        check_fit(outline, solid, soft, Solver(), nozzle)
-    check_fit(outline, solid, soft, Solver(sleep=False), nozzle)
+        check_fit(outline, solid, soft, as_paper({}), nozzle)
+    check_fit(outline, solid, soft, as_paper({"sleep": False}), nozzle)
 
 
 def test_the_material_table_of_a_run_has_the_curves_values_at_each_frame():
@@ -128,7 +128,7 @@ TO_3000_PA = {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0,
     ],
 )
 def test_the_error_for_a_yield_stress_too_large_for_the_solver_gives_the_limit(key, most, asked, allowed):
-    solver = Solver(substeps=4)
+    solver = Solver(radius_mm=0.4, substeps=4)
     with pytest.raises(InputError, match=rf"fluid\.{re.escape(key)}.* at most {most}\b"):
         solved_as(fluid(**asked), solver, FRAME_S, 1000)
     solved_as(fluid(**asked | allowed), solver, FRAME_S, 1000)
@@ -137,7 +137,7 @@ def test_the_error_for_a_yield_stress_too_large_for_the_solver_gives_the_limit(k
 def test_a_curve_with_a_viscosity_too_large_to_compute_is_refused():
     stiff = fluid(curve={"age_s": [0, 1], "viscosity_pa_s": [1, 1e4]}, density_kg_m3=1.0)
     with pytest.raises(InputError, match=r"fluid\.curve reaches a viscosity of 10000"):
-        solved_as(stiff, Solver(), FRAME_S, 1000)
+        solved_as(stiff, as_paper({}), FRAME_S, 1000)
 
 
 @pytest.mark.parametrize(
@@ -153,7 +153,7 @@ def test_a_curve_with_a_viscosity_too_large_to_compute_is_refused():
 )
 def test_a_sealant_that_needs_too_many_explicit_passes_is_refused(asked):
     """Earlier versions accepted up to 10,000 Pa, which would take 10,000 times as many passes as one of 1 Pa."""
-    solver = Solver(substeps=4, viscosity_solve="explicit")
+    solver = Solver(radius_mm=0.4, substeps=4, viscosity_solve="explicit")
     with pytest.raises(InputError, match=r'solver\.viscosity_solve is "explicit": .*"implicit"'):
         solved_as(fluid(**asked), solver, FRAME_S, 1000)
     # 5,000 passes take 0.9 each of (33 + 16) nu dt / h^2, with tau / 0.002 per s for the viscosity.
@@ -163,7 +163,7 @@ def test_a_sealant_that_needs_too_many_explicit_passes_is_refused(asked):
 @pytest.mark.parametrize(("law", "width_mm"), [({"viscosity_pa_s": 20.0}, 6.0), ({"U": 0.0, "D_cm": 3.0}, 1.6)])
 def test_the_estimated_number_of_explicit_passes_is_an_upper_bound(law, width_mm):
     """Particles between walls need most passes, above all in corners. The estimate is at most twice their number."""
-    paste, _ = solved_as(fluid(**law), Solver(substeps=4, viscosity_solve="explicit"), FRAME_S, 1000)
+    paste, _ = solved_as(fluid(**law), Solver(radius_mm=0.4, substeps=4, viscosity_solve="explicit"), FRAME_S, 1000)
     half_mm = width_mm / 2 - 0.25
     points = lattice(np.array([0.2, -half_mm, -15.7]), np.array([5.8, half_mm, -6]), 0.65)
     engine = engine_with(points, slot(width_mm=width_mm), fluid=paste)

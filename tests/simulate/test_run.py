@@ -19,7 +19,7 @@ from simulate.setup import signed_distance
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import check_fit, sized
 from tests.support.shapes import OPEN, closed_crack, oblique_slot, straight_slot
-from tests.support.small_fluids import LIKE_THE_PAPER, injected, path, pour, sealant, slot
+from tests.support.small_fluids import LIKE_THE_PAPER, as_paper, injected, path, pour, sealant, slot
 
 WHERE = r"Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"
 
@@ -105,7 +105,9 @@ def test_incompatible_settings_are_refused_with_the_physical_reason(solver, nozz
     solid, outline = slot()
     table = {"U": 1.0, "freeze_after_s": 1.0} | fluid
     with pytest.raises(InputError, match=fault):
-        check_fit(outline, solid, Fluid.model_validate(table), Solver(**solver), Nozzle(**nozzle))
+        check_fit(
+            outline, solid, Fluid.model_validate(table), as_paper(solver), Nozzle(**({"diameter_mm": 2.4} | nozzle))
+        )
 
 
 @pytest.mark.parametrize(
@@ -122,7 +124,7 @@ def test_a_particle_radius_is_proposed_only_if_its_distance_grid_is_allowed(monk
     blocks = np.prod(box_mm / (outline.mean_width_mm / 16 * signed_distance.device_code.BLOCK))
     monkeypatch.setattr(signed_distance, "BLOCKS_AT_MOST", share * blocks)
     with pytest.raises(InputError, match=says):
-        check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=0.9), Nozzle())
+        check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=0.9), Nozzle(diameter_mm=2.4))
 
 
 def least_mm(most: int) -> float:
@@ -150,8 +152,8 @@ def test_the_error_for_a_radius_with_too_many_particles_gives_the_allowed_range(
     monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
     solver = Solver(radius_mm=radius_mm)
     with pytest.raises(InputError, match=says) if says else nullcontext():
-        check_fit(outline, solid, LIKE_THE_PAPER, solver, Nozzle())
-    assert says or sized(outline, solid, solver, Nozzle()).size_mm == pytest.approx(least_mm(most))
+        check_fit(outline, solid, LIKE_THE_PAPER, solver, Nozzle(diameter_mm=2.4))
+    assert says or sized(outline, solid, solver, Nozzle(diameter_mm=2.4)).size_mm == pytest.approx(least_mm(most))
 
 
 def shallow(depth_mm: float, floor_mm: float) -> tuple[Solid, Outline]:
@@ -167,7 +169,7 @@ def test_particles_too_large_for_the_depth_or_the_floor_are_refused(depth_mm, fl
     """Without the check, no wall particle has room in the first and ``place_walls`` stops on an empty array."""
     solid, outline = shallow(depth_mm, floor_mm)
     with pytest.raises(InputError, match=rf"solver.radius_mm is 0.4: .*at most {largest}, "):
-        check_fit(outline, solid, LIKE_THE_PAPER, Solver(), Nozzle())
+        check_fit(outline, solid, LIKE_THE_PAPER, as_paper({}), Nozzle(diameter_mm=2.4))
 
 
 @pytest.mark.parametrize("away_mm", [(0, 0, 1e9), (1e9, 0, 0), (0, -1e300, 0)])

@@ -60,7 +60,7 @@ def test_an_automatic_particle_radius_follows_from_the_crack_and_the_nozzle(solv
 def test_a_long_thin_crack_gets_the_smallest_possible_radius_and_a_remark():
     crack = slot(900.0, 1.0)
     poured = sample_of(crack, path(crack[1], 2.0))
-    fluid, solver = resolved(poured, sealant(viscosity_pa_s=0.3), Solver(radius_mm="auto"), Nozzle())
+    fluid, solver = resolved(poured, sealant(viscosity_pa_s=0.3), Solver(), Nozzle(diameter_mm=2.4))
     assert 1.0 / 8 < solver.size_mm < 1.0 / 4
     schedule = plan_releases(poured.trajectory, solver.size_mm, 2.4, 0)
     remarks = remarks_on(Pour(poured, (fluid,), solver), schedule)

@@ -9,12 +9,12 @@ import warp as wp
 
 from sealtwin.core.errors import InputError
 from simulate.pour import Pour
-from simulate.settings import Fluid, Solver
+from simulate.settings import Fluid
 from simulate.setup.rheology import Rheology, paste_on_device, viscous_weight
 from simulate.shear_law import FLOW_BETWEEN_PLATES, Law
 from simulate.slot.run import paste_of
 from tests.support.device_loops import weigh
-from tests.support.small_fluids import path, sample_of, slot
+from tests.support.small_fluids import as_paper, path, sample_of, slot
 
 SUPPORT_CM, STEP_S = 0.16, 2e-3
 
@@ -39,7 +39,7 @@ def test_host_and_device_have_the_same_shear_laws(law: Law):
 def test_the_fast_model_refuses_a_shear_law_without_a_flow_between_plates(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delitem(FLOW_BETWEEN_PLATES, Law.HERSCHEL_BULKLEY)
     crack = slot(40.0)
-    inputs = Pour(sample_of(crack, path(crack[1], 1.2)), (Fluid(viscosity_pa_s=2.0),), Solver())
+    inputs = Pour(sample_of(crack, path(crack[1], 1.2)), (Fluid(viscosity_pa_s=2.0),), as_paper({}))
     paste_of(inputs)
     with pytest.raises(InputError, match=r"fluid\.consistency_pa_s_n selects .*particles"):
         paste_of(replace(inputs, fluids=(Fluid(consistency_pa_s_n=2.0, flow_index=0.5),)))

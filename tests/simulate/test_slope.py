@@ -6,9 +6,9 @@ from pydantic import ValidationError
 
 from sealtwin.core.errors import InputError
 from simulate.profile import measure_profile
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope
 from simulate.setup_checks import check_fit
-from tests.support.small_fluids import path, pour, slot
+from tests.support.small_fluids import as_paper, path, pour, slot
 
 FALLS_BACK = SampleSlope(gradient_deg=10.0)
 
@@ -56,6 +56,6 @@ def test_sealant_that_would_freeze_during_its_fall_on_a_slope_is_refused():
     """A fall of 16 mm perpendicular to the face takes sqrt(2 h / g cos): 0.057 s level, 0.068 s at 45 degrees."""
     solid, outline = slot()
     fluid = Fluid(U=30.0, freeze_after_s=0.06)
-    check_fit(outline, solid, fluid, Solver(), Nozzle())
+    check_fit(outline, solid, fluid, as_paper({}), Nozzle(diameter_mm=2.4))
     with pytest.raises(InputError, match=r"in 0\.068 s"):
-        check_fit(outline, solid, fluid, Solver(), Nozzle(), SampleSlope(gradient_deg=45.0))
+        check_fit(outline, solid, fluid, as_paper({}), Nozzle(diameter_mm=2.4), SampleSlope(gradient_deg=45.0))

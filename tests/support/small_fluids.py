@@ -60,7 +60,7 @@ def pour(
     nozzle_mm: float = 2.4,
     **solver: Any,
 ) -> Run:
-    settings, nozzle = Solver.model_validate(solver), Nozzle(diameter_mm=nozzle_mm)
+    settings, nozzle = as_paper(solver), Nozzle(diameter_mm=nozzle_mm)
     return fill(Pour(sample_of(crack, trajectory), (fluid,), settings, nozzle, seed, slope))[0]
 
 
@@ -80,7 +80,7 @@ def injected(
     **solver: Any,
 ) -> Injection:
     """A run before its first frame. ``replays``: what a GPU does, done on the CPU."""
-    inputs = Pour(sample_of(crack, trajectory), fluids, Solver.model_validate(solver), seed=seed)
+    inputs = Pour(sample_of(crack, trajectory), fluids, as_paper(solver), seed=seed)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(injections, "enclosure_of", lambda sample, *more: enclosed(sample.solid, sample.outline, *more))
         injection = prepare(inputs, ComputeOptions(device, threads))
@@ -92,6 +92,11 @@ def injected(
 def results(injection: Injection) -> list[Run]:
     """The runs of a launch in which none was given up."""
     return [run for run in injection.outcomes() if isinstance(run, Run) or pytest.fail(str(run))]
+
+
+def as_paper(solver: dict[str, Any]) -> Solver:
+    """Solver of the paper's size, whose level is taken as the nozzle stops, unless the settings say otherwise."""
+    return Solver.model_validate({"radius_mm": 0.4, "settle_s": 0.0} | solver)
 
 
 def sample_of(crack: tuple[Solid, Outline], trajectory: Trajectory) -> Sample:
@@ -122,7 +127,7 @@ def engine_with(
 
     ``reach_mm`` is the box of the neighbour search, where particles go farther than 5 mm from where they start.
     """
-    settings = Solver.model_validate(solver)
+    settings = as_paper(solver)
     state = State(all_at_once(position_mm, settings.size_mm, frame_s), "cpu")
     enclosure = enclosed(*crack, settings.size_mm)
     substeps = settings.substeps or 4
