@@ -82,7 +82,7 @@ def public(*kinds: type[Settings]) -> Callable[[Function], Function]:
             try:
                 return function(**values)
             except InputError as fault:
-                text = other.sub(lambda found: found[1] or (found[2] or "").replace("-", "_"), str(fault))
+                text = other.sub(lambda word: word[1] or (word[2] or "").replace("-", "_"), str(fault))
                 fault.args = (text if text.startswith(name) else f"{name}: {text}",)
                 raise
 

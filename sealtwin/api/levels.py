@@ -173,27 +173,21 @@ def _sheet_of(rows: Any, names: list[Any] | None, keywords: Mapping[str, Any]) -
     """Return rows as a sheet whose header is ``names``, and a hash. Without names, the columns are s and levels."""
     from validate.readings.read_readings import grid_of_rows
 
-    if names is not None:
-        table = [names, *([*row] for row in rows)]
-        if ragged := [number for number, row in enumerate(table) if len(row) != len(names)]:
-            cells = f"{len(table[ragged[0]])} cells, but columns has {len(names)} names"
-            raise InputError(f"read_readings: row {ragged[0]} of the readings has {cells}.")
-        return grid_of_rows("readings", table), hashlib.sha256(repr(table).encode()).hexdigest()
-    if useless := [name for name in OF_A_FILE if keywords.get(name) not in (None, "mm")]:
-        raise InputError(f"read_readings: {useless[0]} describes the format of a file; omit it for an array.")
-    try:
-        numbers = np.asarray(rows, np.float64)
-    except (TypeError, ValueError):
+    cells = np.asarray(rows, object)
+    table = cells.tolist()
+    if not table or not all(isinstance(row, list) and len(row) > 1 for row in table):
+        raise InputError(f"read_readings: readings has the shape {cells.shape}; give rows of s_mm, then r readings.")
+    if names is None:
+        if useless := [name for name in OF_A_FILE if keywords.get(name) not in (None, "mm")]:
+            raise InputError(f"read_readings: {useless[0]} describes the format of a file; omit it for an array.")
+        levels = range(1, len(table[0]))
+        names = ["s_mm", *(f"{keywords.get('quantity') or 'level'}_{count}_mm" for count in levels)]
+    if ragged := [number for number, row in enumerate(table, 1) if len(row) != len(names)]:
+        count = len(table[ragged[0] - 1])
         raise InputError(
-            "read_readings: the rows must have the same length and contain only numbers. Use NaN for a missing "
-            "reading, or give columns."
-        ) from None
-    if numbers.ndim != 2 or numbers.shape[1] < 2:
-        raise InputError(
-            f"read_readings: the array has the shape {numbers.shape}; give (n, 1 + r): s_mm, then r readings."
+            f"read_readings: row {ragged[0]} of the readings has {count} cells, but there are {len(names)} columns."
         )
-    levels = [f"{keywords.get('quantity') or 'level'}_{count}_mm" for count in range(1, numbers.shape[1])]
-    return grid_of_rows("readings", [["s_mm", *levels], *numbers.tolist()]), sha256_of(numbers)
+    return grid_of_rows("readings", [names, *table]), hashlib.sha256(repr(table).encode()).hexdigest()
 
 
 class LevelComparison(HasSummary, Comparison):
@@ -276,14 +270,11 @@ def compare(
     return LevelComparison(**dict(comparison), level=level, readings=readings)
 
 
-def _are_equal(first: SampleSolid, second: SampleSolid) -> bool:
+def _are_equal(*solids: SampleSolid) -> bool:
     """Return True if two solids have equal cracks and cavities, apart from rounding."""
-    lines = [
-        [*vars(solid.sections).values(), solid.crack.left_wall_mm, solid.crack.right_wall_mm]
-        for solid in (first, second)
-    ]
-    pairs = [pair for pair in zip(*lines, strict=True) if pair[0] is not None and pair[1] is not None]
-    return all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=SAME_MM) for a, b in pairs)
+    lines = ([solid.sections.area_mm2, *solid.crack.left_wall_mm.T, *solid.crack.right_wall_mm.T] for solid in solids)
+    first, second = map(np.concatenate, lines)
+    return first.shape == second.shape and np.allclose(first, second, rtol=0, atol=SAME_MM)
 
 
 @public()

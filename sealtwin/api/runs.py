@@ -14,7 +14,6 @@ from sealtwin.api import FilePath, content_of, public, settings_from, shown_prog
 from sealtwin.api.samples import SampleSolid
 from sealtwin.core import records
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Facts
 from sealtwin.core.records import Profile, Sample, Trajectory
 from sealtwin.core.settings import Settings, checked, doubts_of
 from simulate.block import BlockRelease, FluidBlock
@@ -43,11 +42,6 @@ class PlannedPath(Trajectory):
     """Solid with the crack that the path follows."""
     settings: NozzlePath
     """Settings with which the path was planned."""
-
-    @property
-    def doubts(self) -> Facts:
-        """Warnings about settings outside their usual ranges."""
-        return doubts_of(self.settings)
 
 
 class PathKeywords(TypedDict, total=False):
@@ -101,9 +95,8 @@ def plan_path(
     from digitise.trajectory import plan_trajectory
 
     trajectory = plan_trajectory(solid.crack, settings, solid.cavity_volume_mm3, solid.sections)
-    path = PlannedPath(**content_of(trajectory), solid=solid, settings=settings)
-    warn(path.doubts)
-    return path
+    warn(doubts_of(settings))
+    return PlannedPath(**content_of(trajectory), solid=solid, settings=settings)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

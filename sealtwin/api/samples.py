@@ -37,11 +37,6 @@ class SamplePhoto(ReadOnly, HasSummary, Photo):
             "warnings": str(len(self.warnings)),
         }
 
-    @property
-    def data(self) -> DataKind:
-        """Declared origin of the photo."""
-        return self.settings.data
-
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class CrackOutline(Outline):
@@ -204,7 +199,7 @@ def trace_crack(
 
     path = find_path(photo, *settings.hints)
     outline = trace_outline(photo, path, settings)
-    return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
+    return CrackOutline(**content_of(outline), photo=photo, data=settings.data, sha256=photo.sha256)
 
 
 class ShapeKeywords(TypedDict, total=False):

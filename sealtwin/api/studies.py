@@ -269,9 +269,9 @@ def write_map(
     from sealtwin.study.study_map import PAGE, map_study
 
     folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
-    target, caliper = path_or_none(out), path_or_none(readings)
     progress = Progress()
-    mapped = map_study(folder, target, caliper, data, progress, fills=fills, any_volume=any_volume)
+    files = path_or_none(out), path_or_none(readings)
+    mapped = map_study(folder, *files, data, progress, fills=fills, any_volume=any_volume)
     warn(
         [
             *(warned.text for warned in progress.warned),

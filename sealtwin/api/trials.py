@@ -39,26 +39,6 @@ class TrialRun:
         """The report's page."""
         return self.folder / "report.html"
 
-    @property
-    def mean_error_mm(self) -> float | None:
-        """Mean error relative to the readings in mm. None if there are no readings."""
-        return self.result.comparison and self.result.comparison.mean_error_mm
-
-    @property
-    def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of the 95 % interval of the mean error, in mm. None if there are no readings."""
-        return self.result.comparison and self.result.comparison.interval_95_mm
-
-    @property
-    def verdict(self) -> str | None:
-        """Headline of the report. None if there are no readings."""
-        return self.result.comparison and self.result.comparison.verdict
-
-    @property
-    def gate_passed(self) -> bool | None:
-        """True if the mean error is within the declared gate. None if no gate was declared."""
-        return self.result.comparison and self.result.comparison.passed
-
     @cached_property
     def trial(self) -> Trial:
         """Settings of the trial."""
