@@ -90,7 +90,7 @@ def true_inputs(real: Sample, one: Measured) -> tuple[Cavity, Paste, Pour]:
     cavity = Cavity(s_mm, mouth_mm, depth_mm * ones, angle_deg * ones, angle_deg * ones)
     fluid = one.real_fluid
     paste = Paste(fluid["density_kg_m3"], fluid["yield_stress_pa"], fluid["viscosity_pa_s"])
-    return cavity, paste, pour_along(real.trajectory, one.base.trial.nozzle.diameter_mm)
+    return cavity, paste, pour_along(real.trajectory, one.base.trial.nozzle.size_mm)
 
 
 def real_levels_mm() -> dict[int, Floats]:

@@ -130,7 +130,7 @@ def _second_reality_mm(one: Measured) -> Floats:
     angle_deg = np.full(len(outline.s_mm), one.truth["angle_deg"])
     cavity = Cavity(outline.s_mm, outline.width_mm, walls.depth_at_mm(outline.s_mm), angle_deg, angle_deg)
     paste = Paste(fluid["density_kg_m3"], fluid["yield_stress_pa"], fluid["viscosity_pa_s"])
-    path = pour_along(one.real.trajectory, one.base.trial.nozzle.diameter_mm)
+    path = pour_along(one.real.trajectory, one.base.trial.nozzle.size_mm)
     return poured(cavity, paste, path, numerics=Numerics(settle_s=one.base.trial.solver.settle_s)).at(PLACES_MM)
 
 

@@ -152,7 +152,7 @@ def second_reality_mm(setting: Setting, speed_mm_s: float = SPEED_MM_S) -> Float
             setting["fluid.viscosity_pa_s"],
             freezes_at_s=setting["fluid.freeze_after_s"],
         ),
-        pour_along(trajectory(setting, speed_mm_s), NOZZLE.diameter_mm),
+        pour_along(trajectory(setting, speed_mm_s), NOZZLE.size_mm),
         numerics=Numerics(settle_s=SETTLE_S),
     )
     return bed.at(STATIONS_MM)

@@ -41,7 +41,7 @@ OWN = Trial(
     name="planning",
     photo=PhotoInput(file=Path("none.png"), data="synthetic", mm_per_px=0.1),
     crack=SHAPE,
-    path=NozzlePath(trim_mm=3.0),
+    path=NozzlePath(fill=1.0, trim_mm=3.0),
     fluid=FluidOfFile(viscosity_pa_s=VISCOSITY_PA_S, yield_stress_pa=YIELD_PA, freeze_after_s="never"),
     solver=Solver(radius_mm=0.8, settle_s=2.0),
     nozzle=Nozzle(diameter_mm=2.4),
@@ -114,7 +114,7 @@ def _poured(sample: Sample, path: Trajectory, flow_factor: float, stress_factor:
     outline, ones = sample.outline, np.ones(len(sample.outline.s_mm))
     cavity = Cavity(outline.s_mm, outline.width_mm, DEPTH_MM * ones, 0 * ones, 0 * ones)
     paste = Paste(DENSITY_KG_M3, stress_factor * YIELD_PA, VISCOSITY_PA_S)
-    pour = pour_along(path, OWN.nozzle.diameter_mm, flow_factor)
+    pour = pour_along(path, OWN.nozzle.size_mm, flow_factor)
     bed = poured(cavity, paste, pour, None, Numerics(settle_s=SETTLE_S))
     own = misfit(sample, Profile(bed.s_mm, bed.middle_mm))
     return Spilt(own.under_mm3, bed.above_face_mm3, own)

@@ -80,7 +80,7 @@ class Case:
 
     def filled(self) -> Filled:
         """Return the bed by the fast model."""
-        nozzle_mm = self.nozzle.diameter_mm
+        nozzle_mm = self.nozzle.size_mm
         return fill(self.solid, self.outline, self.trajectory, self.paste, nozzle_mm=nozzle_mm, settle_s=SETTLE_S)
 
     @cached_property

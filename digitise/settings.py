@@ -327,8 +327,10 @@ class NozzlePath(Settings):
 
     volume_ml: float | Literal["cavity"] = "cavity"
     """Volume of sealant along the crack. "cavity" means the cavity's volume times ``fill``."""
-    fill: float = Field(default=1.0, gt=0.01, le=3)
-    """Fraction of the cavity's volume to dispense, if volume_ml = "cavity". 1 fills the crack up to its face."""
+    fill: float = Field(default=0.6, gt=0.01, le=3)
+    """Fraction of the cavity's volume to dispense, if volume_ml = "cavity". Paste with a yield stress slopes up towards
+    the end of the path. With the default and 3 Pa, it stayed at most 0.2 mm above the face in 19 cracks, 3 to 8 mm wide
+    and 60 to 130 mm long. 1 fills a crack up to its face if the sealant levels."""
     weighed: Dispensed | None = None
     """Mass of the sealant that was dispensed. It replaces volume_ml and the uncertainty of volume_ml."""
     flow: Literal["constant", "cross_section"] = "constant"
@@ -336,9 +338,9 @@ class NozzlePath(Settings):
     cross-section."""
     reverse: bool = False
     """True to start at the crack's second end. s is still measured from the first end."""
-    trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 10.0
+    trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 5.0
     """Distance between the ends of the crack and the ends of the path. Give one number, or two: at s = 0 and at the far
-    end. The default is the paper's distance."""
+    end. The default keeps the nozzle off the dams. The paper's distance is 10."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
     """Distance over which the nozzle reaches full speed, and over which it stops, measured from the outer ends of the
     leads. Arms need at most 200. The flow is reduced with the speed, so each millimetre gets the volume set by flow."""
@@ -404,7 +406,7 @@ class NozzlePath(Settings):
             )
         # The settings are frozen, but this value is computed from ``weighed``.
         object.__setattr__(self, "volume_ml", volume_ml)
-        if self.fill != 1:
+        if self.fill != type(self).model_fields["fill"].default:
             raise ValueError(
                 f"fill = {self.fill:g} is given with volume_ml = {self.volume_ml:g}, but fill applies only to "
                 'volume_ml = "cavity". Remove fill, or set volume_ml = "cavity"'

@@ -237,7 +237,7 @@ class Injection:
             density_kg_m3=fluid.density_kg_m3,
             yield_stress_pa=fluid.fresh.yield_stress_pa,
             speed_mm_s=float(np.linalg.norm(self.schedule.velocity_mm_s, axis=1).mean()),
-            nozzle_mm=self.pour.nozzle.diameter_mm,
+            nozzle_mm=self.pour.nozzle.size_mm,
             width_mm=self.pour.sample.outline.mean_width_mm,
             flow_index=paste.flow_index,
         )
@@ -343,7 +343,7 @@ def case_of(pour: Pour, finer: int = 1) -> SetupCase:
     fluids, (solver, *_) = zip(*pairs, strict=True)
     for fluid in fluids:
         check_fit(sample.outline, sample.solid, fluid, solver, nozzle, pour.slope)
-    schedule = schedule_of(sample, solver.size_mm, nozzle.diameter_mm, pour.seed)
+    schedule = schedule_of(sample, solver.size_mm, nozzle.size_mm, pour.seed)
     courses = tuple(course_of(schedule, fluid, solver.settle_s) for fluid in fluids)
     domain = domain_of(sample.solid, sample.outline, sample.trajectory, solver.size_mm)
     solved = [solved_as(fluid, solver, schedule.frame_s, courses[0].frames) for fluid in fluids]
@@ -394,7 +394,7 @@ def prepare(pour: Pour, options: ComputeOptions | None = None, finer: int = 1) -
     pour, schedule, pastes = case.pour, case.schedule, case.pastes
     sample, solver, down = pour.sample, pour.solver, pour.slope.down
     enclosure = enclosure_of(sample, solver.size_mm, options.device)
-    nozzle_mm = pour.nozzle.diameter_mm
+    nozzle_mm = pour.nozzle.size_mm
     check_outlet(schedule, sample.trajectory, sample.outline, enclosure.barrier, diameter_mm=nozzle_mm)
     engine = FluidSolver(
         State(schedule, options.device, len(pastes)),

@@ -18,8 +18,12 @@ class Pour:
     fluids: tuple[Fluid, ...]
     solver: Solver
     nozzle: Nozzle = field(default_factory=Nozzle)
+    """The nozzle, with its diameter as a number."""
     seed: int = 0
     slope: SampleSlope = LEVEL
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "nozzle", self.nozzle.over(self.sample.outline.mean_width_mm))
 
     @property
     def fluid(self) -> Fluid:

@@ -70,7 +70,7 @@ def check(pour: Pour) -> None:
     start_warp()
     case, sample = case_of(pour), pour.sample
     surface = surface_of(sample.solid, case.pour.solver.size_mm, "cpu")
-    check_outlet(case.schedule, sample.trajectory, sample.outline, surface, diameter_mm=pour.nozzle.diameter_mm)
+    check_outlet(case.schedule, sample.trajectory, sample.outline, surface, diameter_mm=pour.nozzle.size_mm)
 
 
 def run_to_end(injection: Injection, options: ComputeOptions) -> None:

@@ -18,6 +18,7 @@ STIFFEST_U = 1e6
 """Largest U that is accepted: a hundred times the U of the paper's stiffest fluid, and practically a solid. The substep
 of a run may limit U to a smaller value."""
 MAX_YIELD_PA = 1e4  # Largest yield stress in Pa, that of hardened paste. It carries a column of paste one metre high
+PAPERS_NOZZLE_MM = 2.4  # Inner diameter of the paper's nozzle
 PAPERS_D_CM = 0.3  # D of the paper, which was fitted together with U, because D cannot be measured
 # Water has 0.001 Pa s, epoxy 0.1 to 10, honey 2 to 20, hot bitumen and hot sealants 0.1 to 6 (ASTM D6690), cement paste
 # 0.1 to 5 (Mohammed et al. 2014).
@@ -284,9 +285,9 @@ class Solver(Settings):
     particles and longer substeps, for searches. paper: the constants of the paper's solver, with which the sealant
     loses a fifth to a quarter of its volume. The level measured in the paper agrees with accurate if the walls flare,
     and with paper if they lean."""
-    radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
-    """Radius of a particle. With 0.4 there are four particles across a crack of 3.1 mm, as in the paper. "auto" chooses
-    the radius for four particles across this crack or, if that needs too many particles, the smallest possible radius.
+    radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = "auto"
+    """Radius of a particle. "auto" chooses the radius for four particles across this crack or, if that needs too many
+    particles, the smallest possible radius. The paper has 0.4, which is four particles across its crack of 3.1 mm.
     A draft replaces a smaller radius by the radius for 2.6 particles across, or by one up to a tenth smaller with which
     two particles leave the nozzle together. With half the radius, a run takes about ten times as long."""
     accurate_radius_mm: float | None = Field(default=None, gt=0, le=10)
@@ -321,8 +322,9 @@ class Solver(Settings):
     sleep: bool = True
     """If True, paste with a yield stress is no longer computed once it has come to rest, until something hits it or
     flows past it. The settled sealant is nearly the same, and the run takes only 60 to 75 % of the time."""
-    settle_s: float = Field(default=0.0, ge=0, le=3600)
-    """Time between the last release of sealant and the measurement of the profile. It is 0 in the paper."""
+    settle_s: float = Field(default=2.0, ge=0, le=3600)
+    """Time between the last release of sealant and the measurement of the profile. In the default time, a paste comes
+    to rest. It is 0 in the paper."""
 
     def _check(self) -> None:
         if self.accurate_radius_mm is not None and (self.preset != "draft" or self.radius_mm == "auto"):
@@ -401,6 +403,20 @@ LEVEL = SampleSlope()
 class Nozzle(Settings):
     """The outlet of the nozzle. Its path, height and flow are in the trajectory."""
 
-    diameter_mm: Annotated[float, NOZZLE] = Field(default=2.4, gt=0, le=100)
-    """Inner diameter of the nozzle. In the paper it is 2.4. Sealant is released in layers of as many particles as fit
-    into a disc of this diameter: seven with a radius of 0.4."""
+    diameter_mm: Annotated[Annotated[float, Field(gt=0, le=100)] | Literal["auto"], NOZZLE] = "auto"
+    """Inner diameter of the nozzle. "auto" is the paper's 2.4, or the mean width of a crack that is narrower, since a
+    wider nozzle leaves sealant on the face. Sealant is released in layers of as many particles as fit into a disc of
+    this diameter: seven with a radius of 0.4 and a diameter of 2.4."""
+
+    @property
+    def size_mm(self) -> float:
+        """Diameter in mm. Raises ValueError for "auto", which ``over`` replaces by a number."""
+        if self.diameter_mm == "auto":
+            raise ValueError('diameter_mm = "auto" needs the crack\'s width: call over() first')
+        return self.diameter_mm
+
+    def over(self, width_mm: float) -> "Nozzle":
+        """Return the nozzle for a crack of this mean width, with its diameter as a number."""
+        if self.diameter_mm != "auto":
+            return self
+        return Nozzle(diameter_mm=min(PAPERS_NOZZLE_MM, float(f"{width_mm:.3g}")))

@@ -69,9 +69,9 @@ def check_fit(
     radius_mm = sized(outline, solid, solver, nozzle).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
     side_mm = min(x_max - x_min, y_max - y_min)
-    if nozzle.diameter_mm > side_mm:
+    if nozzle.size_mm > side_mm:
         raise InputError(
-            f"nozzle.diameter_mm is {nozzle.diameter_mm:g}, wider than the face, whose shorter side is {side_mm:g} "
+            f"nozzle.diameter_mm is {nozzle.size_mm:g}, wider than the face, whose shorter side is {side_mm:g} "
             f"mm. Give at most {side_mm:g}."
         )
     widest_mm = outline.mean_width_mm / ACROSS_AT_LEAST / 2
@@ -86,10 +86,10 @@ def check_fit(
             f"solver.radius_mm is {radius_mm:g}: in a crack {outline.length_mm:.0f} mm long, a run would have too many "
             f"particles, or too fine a distance grid. {_radii_allowed(outline, solid, widest_mm, radius_mm)}"
         )
-    if radius_mm > nozzle.diameter_mm / 2:
+    if radius_mm > nozzle.size_mm / 2:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: a particle would be wider than the nozzle. Give at most "
-            f"{nozzle.diameter_mm / 2:g}, half of nozzle.diameter_mm."
+            f"{nozzle.size_mm / 2:g}, half of nozzle.diameter_mm."
         )
     thickness_mm = -float(solid.vertices_mm[:, 2].min())
     if 2 * radius_mm > thickness_mm:

@@ -128,6 +128,8 @@ class TrialResult(JsonRecord):
     """Version of this record's format."""
     name: str
     """Name of the trial."""
+    assumed: tuple[str, ...] = ()
+    """Settings that were neither given nor measured, in words with their values."""
     folder: str
     """Path of the run folder."""
     wall_time_s: float
@@ -190,6 +192,7 @@ class Evidence:
 
     name: str
     note: str = ""
+    assumed: tuple[str, ...] = ()  # Settings that were neither given nor measured, in words with their values
     outline: Outline
     solid: Solid
     trajectory: Trajectory

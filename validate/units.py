@@ -74,6 +74,14 @@ def setting_name(setting: str) -> str:
     return labels.get(setting) or name_and_unit(setting.rpartition(".")[2])[0]
 
 
+def assumed_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return settings by dotted name, each with its value and unit: "speed of the nozzle 4 mm/s"."""
+    return tuple(
+        f"{setting_name(name)} {setting_words(value)} {'' if isinstance(value, str) else name_and_unit(name)[1]}".rstrip()
+        for name, value in settings.items()
+    )
+
+
 LONGEST_VALUE = 120
 """Largest number of characters of a setting's value in a table. A board of markers has a thousand."""
 

@@ -1,5 +1,6 @@
 """Settings of cracks that are given in mm or drawn in CAD, instead of traced in a photo."""
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -58,11 +59,9 @@ class GivenWalls(GivenCrack):
     """Points of the right wall, in either direction."""
 
 
-class GivenDrawing(GivenCrack):
+class DrawnLines(GivenCrack):
     """A crack drawn in CAD as two walls, or as a line with a width. s is 0 at its left end."""
 
-    depth_mm: Depth
-    """Depth of the crack."""
     walls: tuple[Layer, Layer] | None = None
     """Two layers. Each contains one wall as an open line."""
     line: Layer | None = None
@@ -82,3 +81,17 @@ class GivenDrawing(GivenCrack):
     def layers(self) -> tuple[str, ...]:
         """Layers that are read: that of the line, or those of both walls."""
         return self.walls or ((self.line,) if self.line else ())
+
+
+class GivenDrawing(DrawnLines):
+    """A drawn crack and its depth, for Python."""
+
+    depth_mm: Depth
+    """Depth of the crack."""
+
+
+class DrawingInput(DrawnLines):
+    """A crack that was drawn in CAD from above, instead of a photo."""
+
+    file: Path
+    """DXF file. The path is absolute or relative to the trial file's folder."""

@@ -12,22 +12,18 @@ from typing import Any
 
 import ezdxf.filemanagement
 import numpy as np
-import trimesh
 from ezdxf import edgeminer
 from ezdxf.path import make_path
 from scipy.spatial import KDTree
 
-from digitise.drawing.given import DrawnUnit, GivenDrawing
+from digitise.drawing.given import DrawnLines, DrawnUnit
 from digitise.drawing.given_lines import Given, outline_between, outline_of_line, same_way
 from digitise.geometry.polyline import signed_area
 from digitise.mesh_import.import_mesh import MAX_MM
-from digitise.settings import CrackShape
-from digitise.solid.footprint import lay_out
-from digitise.solid.wedges import carve
 from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
-from sealtwin.core.records import Floats, Outline
+from sealtwin.core.records import Floats
 
 MM: dict[DrawnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
@@ -221,7 +217,7 @@ def _closes(way_mm: Floats) -> bool:
     return len(way_mm) > 3 and bool(np.linalg.norm(way_mm[0] - way_mm[-1]) <= MEETS_MM)
 
 
-def drawn_crack(drawing: Drawing, crack: GivenDrawing) -> Given:
+def drawn_crack(drawing: Drawing, crack: DrawnLines) -> Given:
     """Return the crack between two drawn walls, in either order, or along a line with a width.
 
     s is 0 at the left end. Notes are added to the drawing. Raises InputError if a layer is missing, if its lines are of
@@ -243,14 +239,6 @@ def drawn_crack(drawing: Drawing, crack: GivenDrawing) -> Given:
     )
     drawing.notes.append(Fact("drawing.unit", text, drawing.unit))
     return drawn
-
-
-def sample_stl(outline: Outline, depth_mm: float) -> bytes:
-    """Return a mesh of the sample with upright walls and a level floor, as an STL in text, which keeps all digits."""
-    shape = CrackShape(depth_mm=depth_mm, tilt="vertical")
-    mesh = carve(lay_out(outline, shape, 0.0), shape, ()).to_mesh64()
-    solid = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
-    return str(solid.export(file_type="stl_ascii")).encode()
 
 
 def _way(drawing: Drawing, name: str) -> Floats:

@@ -28,7 +28,6 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
             f"The outline has {len(ring_mm)} points. Give 3 or more points, and only finite numbers, for the "
             "outline and its islands.",
             "Trace it again.",
-            "outline",
         )
     signed_mm2, warnings = signed_area(ring_mm), []
     traced = CrossSection([ring_mm if signed_mm2 > 0 else ring_mm[::-1]], FillRule.Positive)
@@ -40,9 +39,7 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
             x, y = meeting((ring_mm[first], step[first]), (ring_mm[second], step[second]))
             where = f" near ({x:.1f}, {y:.1f}) mm"
         if lost_mm2 > PIECE_MM2:
-            raise ShapeError(
-                f"Outline crosses itself{where}, over {lost_mm2:.2g} mm².", "Retrace the outline there.", "outline"
-            )
+            raise ShapeError(f"Outline crosses itself{where}, over {lost_mm2:.2g} mm².", "Retrace the outline there.")
         text = f"Loops of {lost_mm2:.2g} mm² were left out because the outline crosses itself{where}."
         warnings.append(doubt("solid.loops-left-out", text, lost_mm2, "mm²"))
     if len(islands_mm):
@@ -51,7 +48,6 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
         raise ShapeError(
             f"The outline encloses only {traced.area():.3g} mm² outside its islands, which is too little for a crack.",
             "Trace it again.",
-            "outline",
         )
     return traced, warnings
 

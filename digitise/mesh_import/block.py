@@ -116,7 +116,6 @@ def find_face(vertices_mm: Floats, faces: Integers) -> FacePlane:
         f"Mesh has no plane face on its upper side: only {share:.0%} of the upward surface is in one plane, and at "
         f"least {MIN_SHARE:.0%} is needed.",
         "Check mesh.up, the axis that points out of the cracked face, and crop the mesh to the sample.",
-        "face",
     )
 
 
@@ -152,7 +151,6 @@ def cut_block(body: Manifold, below_mm: float) -> Block:
             "Mesh is not a block with four upright sides below its face.",
             "Check mesh.up, the axis that points out of the cracked face, or cut a block around the crack in the "
             "program that made the mesh.",
-            "sides",
         )
     # If both areas are equal, the body that is not rotated is chosen, because its coordinates stay exact.
     return max(blocks, key=lambda block: round(block.size_mm[0] * block.size_mm[1]))
@@ -226,7 +224,7 @@ def one_surface(vertices_mm: Floats, faces: Integers) -> tuple[Floats, Integers,
     """
     vertices_mm, faces, alike = welded(vertices_mm, faces, EQUAL_DIGITS)
     if not len(faces):
-        raise ShapeError("Mesh has no triangle with three distinct corners.", "Check its units.", "closed")
+        raise ShapeError("Mesh has no triangle with three distinct corners.", "Check its units.")
     faces = faces[np.sort(np.unique(alike, return_index=True)[1])]
     if mesh_volume_mm3(vertices_mm, faces) >= 0:
         return vertices_mm, faces, ()
@@ -242,14 +240,14 @@ def closed_body(vertices_mm: Floats, faces: Integers) -> tuple[Manifold, Facts]:
     body = Manifold(Mesh64(vertices_mm, without_needles(vertices_mm, faces).astype(np.uint64)))
     if body.status() != Error.NoError:
         fault = edge_fault(vertices_mm, faces) or f"Mesh is not a solid ({body.status().name})."
-        raise ShapeError(fault, MEND, "closed")
+        raise ShapeError(fault, MEND)
     require_whole(body.volume(), mesh_volume_mm3(vertices_mm, faces))
     *others, sample = sorted(body.decompose(), key=Manifold.volume) or [Manifold()]
     if not sample.volume() > 0:
-        raise ShapeError("Mesh encloses no volume.", MEND, "closed")
+        raise ShapeError("Mesh encloses no volume.", MEND)
     if large := [piece for piece in others if abs(piece.volume()) >= CRUMB_SHARE * sample.volume()]:
         bodies = ", ".join(map(_described, [sample, *reversed(large)]))
-        raise ShapeError(f"Mesh has {1 + len(large)} separate bodies: {bodies}.", "Save the sample alone.", "closed")
+        raise ShapeError(f"Mesh has {1 + len(large)} separate bodies: {bodies}.", "Save the sample alone.")
     if not others:
         return sample, ()
     crumbs = f"{len(others)} loose crumbs or closed pores of the mesh were left out"
@@ -263,7 +261,7 @@ def require_whole(parts_mm3: float, whole_mm3: float) -> None:
     """
     if abs(parts_mm3 - whole_mm3) > LOST * abs(whole_mm3):
         wrong = "Mesh cannot be cut without loss: it crosses itself, or has triangles without height."
-        raise ShapeError(wrong, MEND, "cut")
+        raise ShapeError(wrong, MEND)
 
 
 def _described(body: Manifold) -> str:

@@ -85,12 +85,11 @@ def find_cavity(block: Block, below_mm: float) -> Cavity:
     reached = [room for room in rooms.decompose() if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0]
     below = max(reached, key=Manifold.volume, default=None)
     if below is None:
-        raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh around the mouth.", "mouth")
+        raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh around the mouth.")
     if below.bounding_box()[2] < bottom_mm:
         raise ShapeError(
             "The crack passes through the underside of the mesh, so sealant would run out.",
             "Close the crack at the underside, or check mesh.up, the axis that points out of the cracked face.",
-            "through",
         )
     # Above the cut, walls that widen upward reach beyond the mouth. The offset allows up to 63 degrees from upright.
     rim = mouth.offset(2 * below_mm, JoinType.Round) ^ face
@@ -101,9 +100,7 @@ def find_cavity(block: Block, below_mm: float) -> Cavity:
 def _chosen(openings: list[CrossSection]) -> tuple[CrossSection, Facts]:
     openings = sorted(openings, key=CrossSection.area, reverse=True)
     if not openings or openings[0].area() < PIT_MM2:
-        raise ShapeError(
-            "No crack opens in the face.", "Check mesh.up, the axis that points out of the cracked face.", "mouth"
-        )
+        raise ShapeError("No crack opens in the face.", "Check mesh.up, the axis that points out of the cracked face.")
     areas_mm2 = [opening.area() for opening in openings]
     if len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
         (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
@@ -111,7 +108,6 @@ def _chosen(openings: list[CrossSection]) -> tuple[CrossSection, Facts]:
             f"Two openings may be the crack: {areas_mm2[0]:.0f} mm² around ({x0:.0f}, {y0:.0f}) and "
             f"{areas_mm2[1]:.0f} mm² around ({x1:.0f}, {y1:.0f}), in mm from the face's lower left corner.",
             "Crop the mesh to one of them.",
-            "rivals",
         )
     pits = [area for area in areas_mm2[1:] if area >= PIT_MM2]
     largest_mm2 = max(pits, default=0.0)
@@ -132,7 +128,6 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
             f"The crack is {width_mm:.3f} mm wide and extends over {x:.0f} x {y:.0f} mm: it is too narrow to be "
             "followed over this length.",
             "Crop the mesh to a shorter piece.",
-            "narrow",
         )
     return photo
 

@@ -51,7 +51,7 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     try:
         return _imported(settings, path)
     except ShapeError as fault:
-        raise ShapeError(fault.wrong, fault.remedy, fault.kind, path) from None
+        raise ShapeError(fault.wrong, fault.remedy, path) from None
 
 
 def _imported(settings: MeshInput, path: Path) -> ImportedSample:
@@ -104,14 +104,12 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
             f"The unit of the file is probably {' or '.join(fitting)}: set units."
             if fitting
             else "Crop the mesh to the sample.",
-            "size",
         )
     step_mm = mm * float(np.spacing(np.abs(single).max()))
     if step_mm > MAX_STEP_MM and np.array_equal(single, read.vertices):
         raise ShapeError(
             f"Its numbers have steps of {step_mm:.2g} mm, because the mesh is far from its origin.",
             "Move the mesh to the origin in the program that made it, and save it again.",
-            "size",
         )
     return places_mm
 
@@ -158,7 +156,7 @@ def _solid(
     vertices_mm, faces = tidy(body)
     faults, figures = examine_mesh(vertices_mm, faces)
     if figures is None or figures.self_intersections:
-        raise ShapeError(f"{faults[-1]} Positions are in mm from the face's lower left corner.", MEND, "closed")
+        raise ShapeError(f"{faults[-1]} Positions are in mm from the face's lower left corner.", MEND)
     return Solid(
         vertices_mm=vertices_mm,
         faces=faces,

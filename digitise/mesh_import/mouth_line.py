@@ -96,7 +96,6 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box) -> MouthLine:
         raise ShapeError(
             f"The crack is a ring around ({x:.1f}, {y:.1f}) mm, so it has no two ends.",
             "Close it at one point.",
-            "walls",
         )
     path_mm, width_mm = _rough_path(outer)
     ring_mm = np.asarray(outer.simplify(SMOOTH * width_mm).to_polygons()[0], float)
@@ -168,7 +167,6 @@ def _require_swept(lines_mm: Floats) -> None:
             f"The crack's walls do not face each other along one line: the lines between them cover {swept_mm2:.0f} "
             f"mm², but the area between the walls is {between_mm2:.0f} mm².",
             "Crop the mesh, so that the crack ends in a straight part.",
-            "walls",
         )
 
 

@@ -125,7 +125,7 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
     chosen = next(run for run in mapped.chart.runs if run.values == CHOSEN)
     comparison = st.compare(chosen.profile, mapped.chart.readings, sample.outline, sample.solid)
     trial = load_trial(TRIAL)
-    size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.diameter_mm
+    size_mm, nozzle_mm = trial.solver.size_mm, trial.nozzle.size_mm
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, nozzle_mm)
     courses = [read_fill(run_path(folder, run) / FILL) for run in read_plan(folder).runs]
     fills = {
@@ -172,7 +172,7 @@ def _straight(path: Path, fluid: st.Fluid, narrower: int) -> dict[str, Any]:
     crack = st.crack_from_polyline([(0.0, 0.0), (40.0, 0.0)], width_mm)
     solid = st.build_solid(crack, 16.0, tilt="vertical")
     trajectory = st.plan_path(crack, solid, volume_ml=2.4 / narrower, speed_mm_s=4.0, trim_mm=5.0)
-    solver, nozzle = st.Solver(radius_mm=width_mm / 8), st.Nozzle(diameter_mm=2.4 / narrower)
+    solver, nozzle = st.Solver(radius_mm=width_mm / 8, settle_s=0.0), st.Nozzle(diameter_mm=2.4 / narrower)
     return _timed(path, Sample(crack, solid, trajectory), fluid, solver, nozzle)
 
 

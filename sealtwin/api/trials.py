@@ -14,7 +14,6 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table
 from sealtwin.core.progress import wanted
 from sealtwin.core.records import Floats, Outline, Profile, Run, Solid, Trajectory
-from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
 from sealtwin.plan import PlanOptions
 from validate.result import TrialResult
@@ -149,25 +148,28 @@ def run_trial(
     ('digitise', 'simulate', 'validate')
     """
     from sealtwin.study.pipeline import run_trial
-    from sealtwin.trial.job import STAGES
-    from sealtwin.trial.trial_file import Trial, load_trial
+    from sealtwin.trial.job import STAGES, run_folder_of
+    from sealtwin.trial.trial_file import Trial, checked_trial, load_trial
 
-    home = Path(source or "")
+    home, file = path_or_none(source), None
     if isinstance(trial, Trial):
         settings = trial
     elif isinstance(trial, Mapping):
-        settings = checked(Trial, Path("run_trial"), trial)
+        settings = checked_trial(Path("run_trial"), trial)
     elif source is None:
-        settings, home = load_trial(Path(trial)), Path(trial).parent
+        settings, file = load_trial(Path(trial)), Path(trial)
     else:
         raise InputError(
             "run_trial: paths in a trial file are relative to the file's folder, so source has no effect. Omit source."
         )
     if seeds is not None:
         settings = settings.changed({"seeds": seeds}, Path("run_trial"))
-    target = Path(out or Path("reports", settings.folder_name))
+    if file is None:
+        home = home or Path()
+        file = home / settings.shown_by.file
+    target = path_or_none(out) or run_folder_of(file, settings)
     with shown_progress(progress) as shown:
-        outcome = run_trial(settings, home, target, STAGES, device, shown, threads)
+        outcome = run_trial(settings, file, target, STAGES, device, shown, threads, source=home)
     facts = [] if wanted(progress) else shown.warned
     warn(dict.fromkeys([*facts, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)

@@ -130,8 +130,6 @@ for command in (
     trials.run,
     samples.trace,
     samples.digitise,
-    samples.import_mesh,
-    samples.import_dxf,
     lab.ingest,
     lab.lab,
     trials.simulate,

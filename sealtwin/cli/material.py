@@ -59,13 +59,13 @@ for method in (spread, rheometer):
 
 def _photo(file: Path, paste: "PasteSettings", settings: Given) -> "PhotoInput":
     """Return the photo settings for a photo of a paste, checked as in a trial."""
-    from sealtwin.trial.trial_file import sample_trial
+    from sealtwin.trial.starter_files import begin_trial
 
     if others := [name for name in settings if not name.startswith("photo.") or name == "photo.data"]:
         raise InputError(
             f"--set {others[0]}: only settings of the table photo are allowed here; give photo.data with --data."
         )
-    trial = sample_trial("photo", file, {"photo.path_only": True, **settings, "photo.data": paste.data})
+    trial = begin_trial(file, {"photo.path_only": True, **settings, "photo.data": paste.data})
     return present(trial.photo, "photo").model_copy(update={"file": file.resolve(), "path_only": None})
 
 

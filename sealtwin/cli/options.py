@@ -42,7 +42,14 @@ def argument(metavar: str, help: str) -> Any:
 
 
 File = Path | None
-Out = Annotated[File, option("Run folder. Default: reports/<trial name> in the current folder.", "DIR")]
+Out = Annotated[
+    File,
+    option(
+        "Run folder. Default: reports/NAME, with the name of the trial, of the file, or of the "
+        "folder of photo.* and trial.toml. A trial.toml in a run folder is run there.",
+        "DIR",
+    ),
+]
 
 
 WRITTEN = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -234,8 +241,9 @@ PHOTO = (
     *("crack.depth_mm", "photo.mm_per_px", "photo.face_mm", "photo.markers", "photo.ends_px", "photo.via_px"),
     *("photo.roi_px", "photo.mask", "photo.width_mm"),
 )
+SAMPLE = (*PHOTO, "mesh.units", "drawing.line", "drawing.walls")
 FLUID = ("solver.preset", "seed", "seeds")
-"""Everyday settings of a trial. Each has its own option, as each setting in ``PHOTO`` has."""
+"""Everyday settings of a trial. Each has its own option, as each setting in ``PHOTO`` and ``SAMPLE`` has."""
 FORMS = {
     "crack.depth_mm": "MM|CSV",
     "photo.width_mm": "MM|CSV",
@@ -251,8 +259,8 @@ FORMS = {
     "date": "YYYY-MM-DD",
     "free": "SETTING=LOW:HIGH ...",
     "hold_out": "TRIAL ...",
-    "walls": "LAYER LAYER",
-    "line": "LAYER",
+    "drawing.walls": "LAYER LAYER",
+    "drawing.line": "LAYER",
     "formats": "A,B",
     "caliper": "SHEET",
     "scheduler": "tls://HOST:PORT",

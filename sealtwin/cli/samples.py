@@ -1,84 +1,39 @@
 """Commands that print a frame of markers, trace photos, make solids and nozzle paths, and export traced cracks."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sealtwin.cli.answer import Command, answers
-from sealtwin.cli.options import (
-    PHOTO,
-    File,
-    Given,
-    Out,
-    argument,
-    option,
-)
-from sealtwin.cli.trial_answer import run_trial
-from sealtwin.core.errors import InputError, ShapeError, ShapeKind
+from sealtwin.cli.options import SAMPLE, File, Given, Out, argument, option
+from sealtwin.cli.trial_answer import run_file
+from sealtwin.core.errors import InputError
 
 if TYPE_CHECKING:
-    from digitise.drawing.given import GivenDrawing
     from digitise.scale.marker_scale import MarkerFrame
     from sealtwin.cli.models import DrawnCrack, Tracing
 
-IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
-    "outline": ("", "Correct the drawn lines there."),
-    "face": ("The crack covers more than half of the sample's face.", "Give a larger --face-mm."),
-    "mouth": ("The face has no crack.", "Check --units, and that --face-mm contains the crack."),
-    "walls": ("", "Draw the middle of the crack instead, and give --line LAYER --width-mm W."),
-    "narrow": ("The crack is too narrow for its length.", "Check --units, and the crack's width."),
-    "cut": (
-        "The drawn lines do not bound a valid solid.",
-        "Draw them without crossings and without points closer than 1 µm.",
-    ),
-}
-"""Fault of a drawing and its remedy, by the kind of the fault in the mesh. If the fault is "", the text of the fault in
-the mesh is used."""
 
-
-@answers("mesh.units", needs=("mesh.units",))
-def import_mesh(
-    command: Command,
-    mesh: Annotated[Path, argument("MESH", "Mesh of a cracked block as STL, PLY or GLB.")],
-    settings: Given,
-    out: Out = None,
-) -> None:
-    """Make a checked, watertight solid and a nozzle path from your own mesh of a cracked sample.
-
-    Example: sealtwin import-mesh scan.stl --units mm --set mesh.up=z --out scan
-    """
-    from sealtwin.trial.trial_file import sample_trial
-
-    run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, settings))
-
-
-@answers(*PHOTO)
+@answers(*SAMPLE)
 def digitise(
     command: Command,
-    target: Annotated[Path, argument("TRIAL|PHOTO", "A trial.toml, or a photo with the options below.")],
+    target: Annotated[Path, argument("FILE", "Photo from above, mesh (STL, PLY, GLB), drawing (DXF) or trial.toml.")],
     settings: Given,
     out: Out = None,
 ) -> None:
-    """Make a watertight mesh of the crack and a nozzle path from a photo.
+    """Make a watertight mesh of the crack and a nozzle path.
 
-    'sealtwin ingest' digitises a folder of photos.
+    For a photo, a mesh or a drawing, also writes RUN/trial.toml with all settings. Continue with
+    'sealtwin run RUN/trial.toml'.
 
     Example: sealtwin digitise photo.png --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --out crack
-    """
-    from sealtwin.core.mesh_file import READERS
-    from sealtwin.trial.trial_file import sample_trial
 
-    suffix = target.suffix.lower()
-    if suffix in READERS:
-        raise typer.BadParameter(f"{target} is a mesh; use 'sealtwin import-mesh {target}'")
-    if target.is_dir():
-        raise typer.BadParameter(f"{target} is a folder; use 'sealtwin ingest {target} --out LAB'")
-    if suffix == ".toml":
-        run_trial(command, target, out, ("digitise",), settings)
-        return
-    require_depth(settings)
-    run_trial(command, target, out, ("digitise",), trial=sample_trial("photo", target, settings))
+    Example: sealtwin digitise scan.stl --units mm --set mesh.up=z --out scan
+
+    Example: sealtwin digitise crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
+    """
+    run_file(command, target, out, ("digitise",), settings)
 
 
 @answers(options="sealtwin.cli.models:DrawnCrack")
@@ -101,41 +56,6 @@ def export(
     names = [*map(display_path, export_run(folder, [kind for kind in KINDS if kind in options.formats], out))]
     others = other_versions(look_into(folder), stage="digitise")
     command.reply({"files": names, "other_versions": others}, [*others, *names])
-
-
-@answers(options="digitise.drawing.given:GivenDrawing")
-def import_dxf(
-    command: Command,
-    drawing: Annotated[Path, argument("DRAWING", "DXF drawing of the crack from above.")],
-    options: "GivenDrawing",
-    out: Annotated[Path, option("Folder for the mesh, trial.toml and run/.", "DIR")],
-    settings: Given,
-) -> None:
-    """Make a solid with upright walls and a nozzle path from a crack that is drawn in CAD.
-
-    Draw the crack as two walls, or as a line with a width. With --face-mm, the drawing's origin is the lower left
-    corner of the sample's face. Also writes a trial. Run it with 'sealtwin run DIR/trial.toml --out DIR/run'.
-
-    Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
-    """
-    from sealtwin.trial.starter_files import write_drawn_trial
-
-    try:
-        trial, notes = write_drawn_trial(drawing, out, options, settings)
-        for note in notes:
-            command.warn(note.text)
-        run_trial(command, trial, out / "run", ("digitise",))
-    except ShapeError as fault:
-        wrong, remedy = IN_A_DRAWING.get(fault.kind, ("", "Check --units and the layers."))
-        raise InputError(f"{drawing}: {wrong or fault.wrong} {remedy}") from None
-
-
-def require_depth(settings: dict[str, Any]) -> None:
-    """Raise typer.BadParameter if the settings of a photo have no depth, unless only a path is requested."""
-    if "crack.depth_mm" not in settings and not settings.get("photo.path_only"):
-        raise typer.BadParameter(
-            "give --depth-mm, since a photo does not show the depth of a crack, or give --set photo.path_only=true"
-        )
 
 
 @answers(options="digitise.scale.marker_scale:MarkerFrame")

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from sealtwin.core.facts import Fact
     from sealtwin.study.pipeline import FinishedStages
     from sealtwin.trial.job import StageName
-    from sealtwin.trial.trial_file import Trial
     from validate.comparison import Comparison
     from validate.result import TrialResult
 
@@ -22,28 +21,30 @@ LABEL_LETTERS = 9  # Width of the column of labels, in characters
 MIN_MM3 = 200.0  # Smallest volume above the face that is printed
 
 
-def run_trial(
+def run_file(
     command: Command,
     file: Path,
     out: Path | None,
     stages: "Sequence[StageName]",
     settings: Mapping[str, Any] | None = None,
     *,
-    trial: "Trial | None" = None,
     threads: int | None = None,
 ) -> None:
-    """Run stages of a trial file, and print the result. ``settings`` by dotted name replace values of the file.
+    """Run stages of a trial file, or begin a trial from a photo, a mesh or a drawing, and print the result.
 
-    If ``trial`` is given, ``file`` is the photo or the mesh for which that trial was made.
+    ``settings`` by dotted name replace values of the file.
     """
     from sealtwin.core.workers import cores
     from sealtwin.study import pipeline
+    from sealtwin.trial.job import TRIAL, TRIAL_SUFFIX
+    from sealtwin.trial.starter_files import begin_trial
     from sealtwin.trial.trial_file import load_trial
 
-    made, trial = trial is not None, trial or load_trial(file, settings)
+    begins = file.suffix.lower() != TRIAL_SUFFIX
+    trial = begin_trial(file, settings or {}) if begins else load_trial(file, settings)
     with command.progress() as progress:
-        done = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, cores())
-    _reply(command, done, stages, progress.warned, "TRIAL" if made else file.as_posix())
+        done = pipeline.run_trial(trial, file, out, stages, command.device, progress, threads, cores())
+    _reply(command, done, stages, progress.warned, f"{done.result.folder}/{TRIAL}" if begins else file.as_posix())
 
 
 def resume(
@@ -55,24 +56,26 @@ def resume(
     threads: int | None = None,
     uncertainty: bool = False,
 ) -> None:
-    """Run one stage of a run folder's trial, and print the result.
+    """Run one stage of a trial file or of a run folder's trial, and print the result.
 
-    ``settings`` by dotted name replace values in RUN/trial.toml, and are written to that file. With ``uncertainty``,
+    ``settings`` by dotted name replace values of the trial, and are written to RUN/trial.toml. With ``uncertainty``,
     the extra runs are computed first.
     """
     from sealtwin.core.run_folder import open_folder
     from sealtwin.core.workers import cores
     from sealtwin.study.pipeline import run_stages
     from sealtwin.study.uncertainty_runs import vary
-    from sealtwin.trial.job import resume_job
+    from sealtwin.trial.job import TRIAL, existing_run, start_job
+    from sealtwin.trial.trial_file import load_trial
 
-    with open_folder(path, create=False) as folder, command.progress() as progress:
-        job = resume_job(folder, command.device, progress, settings)
+    file = path / TRIAL if path.is_dir() else path
+    with open_folder(existing_run(path), create=False) as folder, command.progress() as progress:
+        job = start_job(load_trial(file, settings), file.parent, folder, command.device, progress, file)
         job = replace(job, jobs=cores(), threads=threads)
         if uncertainty:
             vary(job)
         done = run_stages(job, (stage,))
-    _reply(command, done, (stage,), progress.warned, "TRIAL")
+    _reply(command, done, (stage,), progress.warned, file.as_posix())
 
 
 def _reply(
@@ -108,6 +111,7 @@ def result_lines(
     compared = last == "validate" and result.report is not None
     rows = [
         *_made(result, last),
+        *([("Assumed", ", ".join(result.assumed))] if result.assumed else []),
         *(("Warning", f"{fact}") for fact in _warnings(result, last) if fact not in printed),
         *(_concluded(result) if compared else ()),
     ]
@@ -146,8 +150,6 @@ def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]
     yield from result.other_versions
     if (sample := result.sample) is not None:
         yield from sample.warnings
-        if sample.data == "undeclared":
-            yield sentence("terminal_origin", kind="mesh" if sample.mm_per_px is None else "photo")
     if (fluid := result.fluid) is not None and last != "digitise":
         # The rows about the fluid already contain these facts.
         yield from without(fluid.warnings, "method.fast", "unfit")

@@ -1,15 +1,14 @@
 """Commands that start a trial, run it or one of its stages, and write its robot programs."""
 
 from pathlib import Path
-from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from sealtwin.cli.answer import Command, answers
-from sealtwin.cli.options import FLUID, PHOTO, File, Given, Out, argument, flag, option
-from sealtwin.cli.samples import require_depth
-from sealtwin.cli.trial_answer import resume, run_trial
+from sealtwin.cli.options import FLUID, SAMPLE, File, Given, Out, argument, flag, option
+from sealtwin.cli.trial_answer import resume, run_file
+from sealtwin.core.errors import InputError
 
 if TYPE_CHECKING:
     from digitise.robots.cell import ProgramOptions
@@ -18,14 +17,16 @@ if TYPE_CHECKING:
 
 ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
 TrialFile = Annotated[Path, argument("TRIAL", "A trial.toml; 'sealtwin init DIR' writes one.")]
-RunFolderPath = Annotated[Path, argument("RUN", "A run folder.")]
+RunFolderPath = Annotated[
+    Path, argument("RUN|TRIAL", "A run folder, or a trial.toml that was run in its default folder.")
+]
 FLUID_RUN = "sealtwin.cli.models:FluidRun"
 
 
 @answers(options="digitise.robots.cell:ProgramOptions")
 def robot(
     command: Command,
-    folder: Annotated[File, argument("RUN", "A digitised run folder.")] = None,
+    folder: Annotated[File, argument("RUN|TRIAL", "A digitised run folder, or its trial.toml.")] = None,
     cell: Annotated[File, option("Cell file of the robot: taught points, limits, languages.", "FILE")] = None,
     *,
     options: "ProgramOptions",
@@ -48,8 +49,9 @@ def robot(
         raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes an example of a cell file")
     from sealtwin.core.run_folder import open_folder
     from sealtwin.trial.exports import REPORT, write_robot_files
+    from sealtwin.trial.job import existing_run
 
-    with open_folder(folder, create=False) as run:
+    with open_folder(existing_run(folder), create=False) as run:
         report = write_robot_files(run, cell, options, out)
     for name in report["kept"]:
         command.warn(f"a robot file was edited after it was written; your version is kept as {name}.")
@@ -84,34 +86,26 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
     return [f"Pump: the program requests {requested} mm³/s, so that the pump gives {wanted} mm³/s ({within}){waits}."]
 
 
-@answers(*PHOTO, *FLUID, device=True)
+@answers(*SAMPLE, *FLUID, device=True)
 def quick(
     command: Command,
-    photo: Annotated[Path, argument("PHOTO", "Photo of the crack from above.")],
+    target: Annotated[Path, argument("FILE", "Photo from above, mesh (STL, PLY, GLB) or drawing (DXF) of the crack.")],
     settings: Given,
     caliper: Annotated[File, option("Readings taken after sealing, CSV or XLSX.", "SHEET")] = None,
-    out: Annotated[File, option("Folder for trial.toml and run/. Default: reports/<photo name>-quick.", "DIR")] = None,
+    out: Out = None,
 ) -> None:
-    """Make a mesh, a path, a fluid run and a report from a photo and a depth.
+    """Make a mesh, a path, a fluid run and a report from a photo and a depth. The run is a draft.
 
-    The fluid and the nozzle are the same as in 'sealtwin init', and the run is a draft.
-
-    Settings that you do not give are assumed. They are printed, marked in DIR/trial.toml and listed in the report.
-    Correct them in DIR/trial.toml, and continue with 'sealtwin run'. The walls are assumed to be upright, since a photo
-    does not show their angle. To measure the angle, weigh a liquid into the crack (crack.fill).
+    Settings that you do not give are assumed, and listed in the answer, in the report and in RUN/trial.toml. Correct
+    them there, and continue with 'sealtwin run RUN/trial.toml'. The walls are assumed to lean, since a photo does not
+    show their angle. To measure the angle, weigh a liquid into the crack (crack.fill).
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
-    from sealtwin.trial.starter_files import quick_trial, write_quick_trial
-
-    require_depth(settings)
-    folder = out or Path("reports", f"{photo.stem}-quick")
-    file, run = folder / "trial.toml", folder / "run"
-    text, assumed = quick_trial(photo, folder, settings, caliper)
-    write_quick_trial(file, text)
-    command.warn(f"Assumed, because you did not give them: {', '.join(assumed)}.")
-    command.say(f"Correct them in {file}. Then run: sealtwin run {quote(str(file))} --out {quote(str(run))}")
-    run_trial(command, file, run, ALL_STAGES)
+    sheet = {} if caliper is None else {"readings.file": caliper.absolute()}
+    if twice := sheet.keys() & settings.keys():
+        raise InputError(f"--caliper {caliper}: {twice.pop()} is given twice; give it only once.")
+    run_file(command, target, out, ALL_STAGES, {"solver.preset": "draft", **settings, **sheet})
 
 
 @answers(device=True)
@@ -125,7 +119,7 @@ def demo(
     folder = out or Path("reports", "demo")
     place_paper_trial(folder / "trial")
     command.say(f"Trial file: {folder / 'trial' / 'trial.toml'}")
-    run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
+    run_file(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
 
 
 @answers(*FLUID, options=FLUID_RUN, device=True)
@@ -135,7 +129,7 @@ def run(command: Command, trial: TrialFile, settings: Given, options: "FluidRun"
     During the fluid run, RUN/health.csv shows the numerical quality. A checkpoint is written every ten seconds. If the
     process is killed, repeat the command to continue. The table output of the trial sets snapshots, frames and the PDF.
     """
-    run_trial(command, trial, out, ALL_STAGES, settings, threads=options.threads)
+    run_file(command, trial, out, ALL_STAGES, settings, threads=options.threads)
 
 
 @answers(*FLUID, options=FLUID_RUN, device=True)
@@ -168,8 +162,7 @@ def validate(
 def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
     """Write an example of a trial, with comments, and an empty sheet for readings (XLSX).
 
-    The sealant of the trial has a viscosity in Pa s and a yield stress. The walls are assumed to be upright, since a
-    photo does not show their angle. To measure the angle, weigh a liquid into the crack (crack.fill).
+    Settings that nobody has measured are listed in its key assumed.
     """
     from sealtwin.trial.starter_files import write_starter
 

@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import ClassVar, Literal, TypeVar
+from typing import ClassVar, TypeVar
 
 Kind = TypeVar("Kind")
 
@@ -34,29 +34,12 @@ class InputError(SealtwinError):
         self.sentences: Sequence[str] = (str(self),)  # One message for each fault
 
 
-ShapeKind = Literal[
-    "outline", "face", "sides", "size", "mouth", "through", "rivals", "walls", "narrow", "path", "cut", "closed", ""
-]
-"""Part of a sample that is at fault.
-
-outline: the crack's outline; face: the plane face of the block; sides: its upright sides; size: its size; mouth: there
-is no mouth of a crack; through: the mouth leads through the underside; rivals: there are two mouths; walls: the walls
-do not face each other; narrow: the walls are too close to each other; path: the user's path is not on the crack; cut:
-the body cannot be cut; closed: the mesh is not a solid.
-"""
-
-
 class ShapeError(InputError):
-    """Shape that is not a sample with one crack.
+    """Shape that is not a sample with one crack. ``remedy`` is for a user who made the mesh."""
 
-    The stage that finds the fault gives a ``remedy`` for a user who drew the shape. A command that made the shape
-    itself may replace the remedy by its own remedy, depending on ``kind``.
-    """
-
-    def __init__(self, wrong: str, remedy: str = "", kind: ShapeKind = "", file: Path | None = None) -> None:
+    def __init__(self, wrong: str, remedy: str = "", file: Path | None = None) -> None:
         super().__init__(f"{wrong} {remedy}".rstrip(), file)
         self.wrong, self.remedy = wrong, remedy
-        self.kind: ShapeKind = kind
 
 
 class BusyError(InputError):

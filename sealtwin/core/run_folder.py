@@ -39,6 +39,9 @@ ENTRY = {
     "stage_numbers": dict,
 }
 """Keys of a finished stage's entry in the manifest, with the types of their values."""
+BEGUN = ("from", "sha256", "trial")
+"""Keys of the manifest's entry "begun": path of the file to which the folder belongs, hash of the file that shows the
+crack, and hash of the trial file as it was written."""
 PACKAGES = (
     *("sealtwin", "numpy", "scipy", "opencv-python-headless", "scikit-image", "trimesh", "manifold3d", "warp-lang"),
     *("similaritymeasures", "matplotlib"),
@@ -260,7 +263,9 @@ def _read_manifest(path: Path) -> dict[str, Any]:
         write_json(path / MANIFEST, {"version": 1, "stages": {}})
     try:
         manifest = read_json(path / MANIFEST)
-        if manifest["version"] == 1 and all(_is_entry(path, entry) for entry in manifest["stages"].values()):
+        begun = manifest.get("begun") or dict.fromkeys(BEGUN, "")
+        is_known = manifest["version"] == 1 and all(isinstance(begun[key], str) for key in BEGUN)
+        if is_known and all(_is_entry(path, entry) for entry in manifest["stages"].values()):
             return manifest
     except (InputError, KeyError, TypeError, AttributeError, ValueError):
         pass  # The message below is for a damaged manifest and for a manifest of another form.

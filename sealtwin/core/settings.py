@@ -322,10 +322,10 @@ class Likely(NamedTuple):
     def doubts(self, name: str, value: Any, width_mm: float | None) -> list[Fact]:
         """Return a warning if the value is outside the range. In a table along the crack, the largest value is checked.
 
-        The list is empty if the value is within the range.
+        The list is empty if the value is within the range, or is a word such as "auto".
         """
         times = width_mm if self.of_width else 1.0
-        if value is None or times is None:
+        if value is None or times is None or isinstance(value, str):
             return []
         value = max(row[-1] for row in value) if isinstance(value, tuple) else value
         low, high = times * self.low, times * self.high

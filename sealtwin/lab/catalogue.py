@@ -210,7 +210,7 @@ def run_in_worker(lab: Path, record: Record, device: str) -> list[SampleRun]:
     result = SampleRun(record.name, "failed", record.folder)
     try:
         trial = load_trial(folder / TRIAL)
-        finished = run_trial(trial, folder, folder / RUN, STAGES, device, progress)
+        finished = run_trial(trial, folder / TRIAL, folder / RUN, STAGES, device, progress)
     except (SealtwinError, OSError) as fault:
         result = replace(result, reason=f"{fault}")
     except Exception as fault:

@@ -200,7 +200,8 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
 
     Raises InputError if a file has changed since it was read.
     """
-    text, settings, home, incoming = trial_text(trial), sample.said, ingested.lab / name, ingested.lab / INCOMING
+    text, settings = trial_text(trial.content), sample.said
+    home, incoming = ingested.lab / name, ingested.lab / INCOMING
     shutil.rmtree(incoming, ignore_errors=True)
     folder = home if home.is_dir() else incoming
     record = Record(

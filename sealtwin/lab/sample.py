@@ -27,29 +27,17 @@ from sealtwin.lab.files import (
 )
 from sealtwin.lab.notes import ALTERNATIVES, DEPTH, OF_READINGS, OWN, SCALE, Note, note_of_answers, read_note
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
-from sealtwin.trial.starter_files import ASSUMED, toml_value
-from sealtwin.trial.trial_file import Trial, names_in, with_settings
+from sealtwin.trial.starter_files import begun
+from sealtwin.trial.trial_file import Trial, with_settings
 from validate.readings.grid import SheetFaults, listed
 from validate.readings.read_readings import read_readings
 from validate.readings.words import sample_key
 from validate.settings import Declared
+from validate.units import assumed_words
 
 Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
 """State of a sample's trial after an ingest. It is "failed" if there are questions about the sample."""
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
-STARTER = ASSUMED | {"crack.tilt": "lean", ANGLE: 11.0, "path.fill": 1.0, "path.trim_mm": 10.0}
-"""Settings that are used if no note gives them.
-
-The settings of fluid and solver are the same as in 'sealtwin init'. With them, the sealant settles before its level is
-measured. The others are the defaults of a trial."""
-EXCLUDED = {
-    "path.plan": "path.",
-    "path.weighed": "path.volume_ml",
-    "solver.model": "solver.",  # The fast model has no particles and no time of rest
-    "fluid.freeze_after_s": "fluid.yield_stress_pa",
-    FILL: ANGLE,
-}
-"""Prefix of the settings of ``STARTER`` that are not used if the user gives a certain setting, by that setting."""
 ORIGIN = 'write data = "measured" (or "reconstructed", "synthetic")'
 NEEDED = {
     "photo.data": ("photo", "synthetic", ORIGIN),
@@ -259,21 +247,17 @@ def prepare(sample: LabSample) -> None:
         finding = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
         finding += offer_of_markers(photo) if key == SCALE else ""
         sample.ask(Doubt("setting", Location(PurePath(DEFAULTS)), finding))
-    names = names_in(with_settings({}, settings))
-    excluded = tuple(begin for key, begin in EXCLUDED.items() if key in names)
-    starter = {key: value for key, value in STARTER.items() if not key.startswith(excluded)} | sample.stand_ins
-    content = with_settings(with_settings({}, starter), settings)
+    content = begun({}, sample.stand_ins | settings)
     if not sample.files.get("readings"):
         content = {name: value for name, value in content.items() if name not in ("readings", "gate")}
-    if assumed := [f"{key} = {toml_value(starter[key])}" for key in starter if key in names_in(content) - names]:
-        sentence = f"Assumed, since no note gives these settings: {', '.join(assumed)}."
-        content["note"] = f"{sentence} {settings.get('note', '')}".strip()
-        sample.remarks.append(f"{sentence} Write your values into {DEFAULTS} or the sample's note.")
     try:
         trial = checked(Trial, sample.folder, content)
     except InputError as fault:
         sample.refuse(fault)
         return
+    words = (name for name in trial.assumptions if name not in sample.stand_ins)
+    if assumed := assumed_words({name: trial.assumptions[name] for name in words}):
+        sample.remarks.append(f"Assumed: {', '.join(assumed)}. Write your values into {DEFAULTS} or the sample's note.")
     if trial.crack is not None and trial.crack.fill is not None and (file := sample.file("fill")):
         try:
             trial.crack.fill.model_copy(update={"file": Path(file)}).loaded(sample.folder)

@@ -213,7 +213,7 @@ def make_plan(
     require_own(folder, SAMPLE, "plan")
     with holding(folder), progress:
         with open_folder(folder / SAMPLE, create=True) as home:
-            run_stages(start_job(trial, file.parent, home, "cpu", progress), ("digitise",))
+            run_stages(start_job(trial, file.parent, home, "cpu", progress, file), ("digitise",))
         sample = record_files.read_sample(folder / SAMPLE)
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
         planned = plan_on(verifier, options, (cell.settings, cell.pump) if cell else (None, None), file)
@@ -279,7 +279,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
 
 def _trial_beside(trial: Trial, source: Path, folder: Path) -> str:
     """Return the text of a trial file whose path is the plan. File names in the text are relative to ``folder``."""
-    content = seen_from(folder, trial.model_dump(exclude_none=True), source)
+    content = seen_from(folder, trial.model_dump(exclude_none=True) | {"assumed": [*trial.content["assumed"]]}, source)
     content["path"] = {"plan": TABLE}
     content["note"] = f"{trial.note} Planned by 'sealtwin plan'.".strip()[:2000]
-    return trial_text(checked(Trial, folder / "trial.toml", content))
+    return trial_text(checked(Trial, folder / "trial.toml", content).content)

@@ -145,7 +145,6 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
     path: dict[str, Any] = {
         "path.speed_mm_s": trial.path.speed_mm_s + step["speed_mm_s"],
         "path.volume_ml": sample.trajectory.dispensed_mm3 / 1e3 + step["volume_ml"],
-        "path.fill": 1.0,
         "path.trim_mm": (first_mm + start_mm, last_mm - start_mm),
     }
     changes = {} if trial.path.plan is not None else path

@@ -27,6 +27,7 @@ from sealtwin.trial.job import (
     other_versions,
     require_sample,
     require_solid,
+    run_folder_of,
     start_job,
 )
 from sealtwin.trial.trial_file import Trial
@@ -53,22 +54,25 @@ class FinishedStages:
 
 def run_trial(
     trial: Trial,
-    source: Path,
+    file: Path,
     out: Path | None,
     stages: Sequence[StageName],
     device: str,
     progress: Progress,
     threads: int | None = None,
     jobs: int = 0,
+    source: Path | None = None,
 ) -> FinishedStages:
-    """Bring ``stages`` of a trial up to date in ``out`` (default: reports/NAME).
+    """Bring ``stages`` of a trial up to date in ``out`` (default: that of ``run_folder_of``).
 
-    ``source`` is the folder of the trial's files. ``jobs`` is the number of worker processes for the runs with
-    other seeds. 0 computes them in this process.
+    ``file`` is the trial file, or the file from which the trial was begun. Paths in the trial are relative to
+    ``source``, by default its folder. ``jobs`` is the number of worker processes for the runs with other seeds. 0
+    computes them in this process.
     """
+    source = source or file.parent
     require_sample(trial, source)
-    with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:
-        job = start_job(trial, source, folder, device, progress)
+    with open_folder(out or run_folder_of(file, trial), create=True) as folder:
+        job = start_job(trial, source, folder, device, progress, file)
         return run_stages(replace(job, threads=threads, jobs=jobs), stages)
 
 
@@ -80,11 +84,12 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     """
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone, more = list[StageName](), False
+    _check_cheap_inputs(job, stages)
     for stage in STAGES:
         if stage in stages and stage != "digitise":
             require_solid(job)
         both = stage == "simulate" and {"simulate", "validate"} <= set(stages)
-        # The sheet is read first, so that a mistake in it is found before the long simulation.
+        # The sheet is read with the crack, so that a mistake in it is found before the long simulation.
         if both and (readings := validate_stage.readings_of(job)) is not None:
             validate_stage.note_doubts(job, readings)
         if both and "simulate" not in job.folder.finished():
@@ -108,6 +113,19 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
 
     can_be_planned = job.trial.fluid is not None and has_sealant(job.trial.fluid)
     return FinishedStages(result, tuple(redone), can_be_planned, job.trial.can_be_varied)
+
+
+def _check_cheap_inputs(job: Job, stages: Sequence[StageName]) -> None:
+    """Raise InputError if the device does not exist or the sheet cannot be read, before the photo is traced."""
+    if "simulate" in stages and job.device != "cpu" and job.trial.solver.has_particles:
+        from simulate.device import choose_device
+
+        choose_device(job.device)
+    readings = job.trial.readings
+    if {"digitise", "validate"} <= set(stages) and job.sheet is not None and readings and readings.scan is None:
+        from validate.readings.read_readings import read_readings
+
+        read_readings(job.sheet, readings)
 
 
 def _bring_seeds_up_to_date(job: Job) -> bool:
@@ -142,6 +160,7 @@ def read_result(job: Job) -> TrialResult:
     with files.reading_stage_file(folder.path):
         result = TrialResult(
             name=job.trial.name,
+            assumed=job.trial.assumed_words,
             folder=display_path(folder.path),
             wall_time_s=sum(manifest[stage]["wall_time_s"] for stage in stages),
             stages=tuple(stages),

@@ -251,8 +251,8 @@ def _readings(
 
 def _scene(folder: Path, run: StudyRun) -> FillScene:
     sample, trial = record_files.read_sample(folder / "samples" / run.sample), run.checked_trial
-    size_mm = as_run(trial, sample).solver.size_mm
-    return FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, trial.nozzle.diameter_mm)
+    trial = as_run(trial, sample)
+    return FillScene(sample.outline, sample.solid, sample.trajectory, trial.solver.size_mm, trial.nozzle.size_mm)
 
 
 def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> dict[str, Any]:

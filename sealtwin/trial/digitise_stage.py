@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from digitise.settings import LARGEST_FILE_BYTES
+from digitise.drawing.given import DrawingInput
+from digitise.settings import LARGEST_FILE_BYTES, CrackShape
 from sealtwin.core import files, record_files
 from sealtwin.core.arrays import Pixels
-from sealtwin.core.errors import InputError, present
+from sealtwin.core.errors import InputError, ShapeError, present
 from sealtwin.core.facts import doubt
 from sealtwin.core.records import Outline, Solid
 from sealtwin.core.run_folder import stage_key
@@ -90,7 +91,7 @@ def bring_up_to_date(job: Job) -> bool:
 
 
 def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
-    """Digitise the trial's photo or mesh. The solid is None for a path without walls.
+    """Digitise the trial's photo, mesh or drawing. The solid is None for a path without walls.
 
     Raises InputError if no crack can be measured.
     """
@@ -102,11 +103,12 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
         for note in imported.notes:
             job.progress.warn(note)
         return imported.outline, imported.solid, imported.photo
+    if trial.drawing is not None:
+        return _drawn(job, trial.drawing, present(trial.crack, "crack"))
     settings, crack = present(trial.photo, "photo"), trial.crack
     from digitise.crack_path.find_path import RivalCracksError, find_path
     from digitise.outline import trace_outline
     from digitise.photo import load_photo
-    from digitise.solid.build_solid import build_solid, with_weighed
     from digitise.walls.overlay import draw_cracks, draw_overlay, draw_way
 
     photo = load_photo(settings, job.source)
@@ -124,18 +126,37 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
         return outline, None, photo
     job.progress.advance(3, "building the solid")
     with _with_picture(job, lambda: draw_overlay(photo, outline)):
-        if crack.scan is not None:
-            from digitise.solid.scanned_shape import scanned_shape
+        return _built(job, outline, crack, photo)
 
-            crack, facts = scanned_shape(outline, crack, job.source)
-            outline = replace(outline, warnings=(*outline.warnings, *facts))
-        if crack.fill is None:
-            return outline, build_solid(outline, crack), photo
-        from digitise.weighing.fit_cavity import weigh
 
-        errors = job.trial.uncertainty
-        moved, shape, weighed = weigh(outline, crack, crack.fill, errors.width_mm, errors.depth_mm)
-        return moved, with_weighed(build_solid(moved, shape), weighed), photo
+def _drawn(job: Job, drawing: DrawingInput, crack: CrackShape) -> "tuple[Outline, Solid, Photo]":
+    """Build the solid of a drawn crack."""
+    from digitise.drawing.read_dxf import drawn_crack, open_drawing
+
+    drawn = open_drawing(job.source / drawing.file, drawing.units)
+    try:
+        outline, photo = drawn_crack(drawn, drawing)
+        return _built(job, replace(outline, warnings=(*outline.warnings, *drawn.notes)), crack, photo)
+    except ShapeError as fault:
+        raise InputError(f"{drawn.file}: {fault.wrong} Correct the lines there, or check drawing.units.") from None
+
+
+def _built(job: Job, outline: Outline, crack: CrackShape, photo: "Photo") -> "tuple[Outline, Solid, Photo]":
+    """Build the solid of an outline, with a scanned or weighed cavity if the trial has one."""
+    from digitise.solid.build_solid import build_solid, with_weighed
+
+    if crack.scan is not None:
+        from digitise.solid.scanned_shape import scanned_shape
+
+        crack, facts = scanned_shape(outline, crack, job.source)
+        outline = replace(outline, warnings=(*outline.warnings, *facts))
+    if crack.fill is None:
+        return outline, build_solid(outline, crack), photo
+    from digitise.weighing.fit_cavity import weigh
+
+    errors = job.trial.uncertainty
+    moved, shape, weighed = weigh(outline, crack, crack.fill, errors.width_mm, errors.depth_mm)
+    return moved, with_weighed(build_solid(moved, shape), weighed), photo
 
 
 @contextmanager

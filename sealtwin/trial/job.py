@@ -15,7 +15,7 @@ from sealtwin.core.facts import doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, UNNUMBERED, RunFolder, other_numbers
 from sealtwin.core.settings import without_none
-from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, trial_text
+from sealtwin.trial.trial_file import KINDS, SettingValues, Trial, load_trial, seen_from, trial_text
 from validate.settings import Readings
 
 StageName = Literal["digitise", "simulate", "validate"]
@@ -33,7 +33,9 @@ DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 OVERLAY, STRAIGHT = "overlay.png", "straight.png"  # Pictures of the stage digitise that the report shows
 OF_A_PATH = ("outline.json", "trajectory.csv")  # Files in DIGITISED that also exist for a path without a solid
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the stage simulate that validate reads
-FILES_OF_A_SAMPLE = ("file", "mask", "path")  # Settings of [photo] and [mesh] that name a file
+TRIAL = "trial.toml"  # Trial file in a run folder
+TRIAL_SUFFIX = ".toml"
+FILES_OF_A_SAMPLE = ("file", "mask", "path")  # Settings of [photo], [mesh] and [drawing] that name a file
 SEEDS = "simulate-seeds"
 """Name in the manifest for the runs with the trial's other seeds. In alphabetical order, it follows simulate."""
 LARGEST_SHEET_BYTES = 5_000_000
@@ -56,9 +58,10 @@ class Job:
     trial: Trial
     source: Path  # Folder to which paths in the trial are relative
     folder: RunFolder
-    sheet: Path | None  # Path of the sheet of readings that the user gave. The run folder contains a copy
+    sheet: Path | None  # Path of the sheet of readings that the user gave. The run folder may contain a copy
     device: str  # Device that the user gave. The fluid run resolves "auto"
     progress: Progress
+    file: Path | None = None  # File to which the run folder belongs
     threads: int | None = None  # Number of CPU threads that the user gave. It does not change the result
     jobs: int = 0  # Number of worker processes for the runs with other seeds. 0 computes them in this process
     traced: dict[str, Any] = field(default_factory=dict)
@@ -95,35 +98,70 @@ def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[
     return sentences
 
 
-def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
+def run_folder_of(file: Path, trial: Trial) -> Path:
+    """Return the default run folder of a trial file, or of a photo, a mesh or a drawing.
+
+    A trial file in a run folder belongs to that folder. For any other file, it is reports/NAME.
+    """
+    is_inside = file.name == TRIAL and (file.parent / MANIFEST).is_file()
+    return file.parent if is_inside else Path("reports", trial.folder_name)
+
+
+def existing_run(path: Path) -> Path:
+    """Return the run folder that a user names: the folder, or the default run folder of a trial file."""
+    return path if path.suffix != TRIAL_SUFFIX or path.is_dir() else run_folder_of(path, load_trial(path))
+
+
+def start_job(
+    trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress, file: Path | None = None
+) -> Job:
     """Set up a trial in ``folder``. No file is written before a stage has results.
 
-    Raises InputError if the folder contains another trial, if the sheet of readings is missing, or if a file of the
-    fluid cannot be used.
+    ``source`` is the folder to which paths in the trial are relative. If it is ``folder``, the trial is run in place.
+    ``file`` is the trial file, or the photo, mesh or drawing from which the trial was begun, to which ``folder`` then
+    belongs. Raises InputError if the folder belongs to another file, if the trial in it was edited, if the sheet of
+    readings is missing, or if a file of the fluid cannot be used.
     """
-    trial = trial.loaded(source)
-    earlier = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
-    if (earlier.name, earlier.shown_by.file.name) != (trial.name, trial.shown_by.file.name):
-        raise InputError(
-            f"{folder.path}: contains the trial '{earlier.name}' of {earlier.shown_by.file.name}, but the trial "
-            f"to run is '{trial.name}' of {trial.shown_by.file.name}. Give another --out, or delete that folder."
-        )
-    sheet = None
+    trial, sheet = trial.loaded(source), None
+    in_place = source.resolve() == folder.path.resolve()
+    if file is not None and not in_place:
+        _require_own(folder, file, source / trial.shown_by.file)
     if trial.readings is not None:
         sheet = source / trial.readings.path
         check_sheet(sheet, trial.readings)
-        copied = trial.readings.at_path(Path("inputs") / sheet.name)
-        trial = trial.model_copy(update={"readings": copied})
-    return Job(trial, source, folder, sheet, device, progress)
+        kept = _seen_from(folder.path, sheet) if in_place else Path("inputs") / sheet.name
+        trial = trial.model_copy(update={"readings": trial.readings.at_path(Path(kept))})
+    return Job(trial, source, folder, sheet, device, progress, file)
+
+
+def _require_own(folder: RunFolder, file: Path, shown: Path) -> None:
+    """Raise InputError if the folder belongs to another file, or if the user edited the trial file in it.
+
+    A photo, a mesh or a drawing with the same content counts as the same file. ``shown`` is that file.
+    """
+    began, own = folder.manifest.get("begun"), folder.path / TRIAL
+    if began is None:
+        return
+    is_copy = TRIAL_SUFFIX not in (Path(began["from"]).suffix, file.suffix) and files.sha256(shown) == began["sha256"]
+    if began["from"] != _seen_from(folder.path, file) and not is_copy:
+        raise InputError(
+            f"{display_path(folder.path)}: contains the results of {display_path(folder.path / began['from'])}, so "
+            f"those of {display_path(file)} cannot be written there. Give another folder with --out."
+        )
+    if own.is_file() and files.sha256(own) != began["trial"]:
+        raise InputError(
+            f"{display_path(own)}: was edited, so {display_path(file)} must not replace it. Use 'sealtwin run "
+            f"{display_path(own)}' to run the edited trial, or give another folder with --out."
+        )
+
+
+def _seen_from(folder: Path, file: Path) -> str:
+    return seen_from(folder, {"": file})[""]
 
 
 def resume_job(folder: RunFolder, device: str, progress: Progress, settings: SettingValues | None = None) -> Job:
     """Set up the trial in a run folder. ``settings`` by dotted name replace settings of the trial."""
-    trial = load_trial(folder.path / "trial.toml", settings)
-    if settings:
-        return start_job(trial, folder.path, folder, device, progress)
-    sheet = None if trial.readings is None else folder.path / trial.readings.path
-    return Job(trial, folder.path, folder, sheet, device, progress)
+    return start_job(load_trial(folder.path / TRIAL, settings), folder.path, folder, device, progress)
 
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
@@ -133,9 +171,9 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
     """
     dump = trial.content
     tables: dict[StageName, tuple[str, ...]] = {
-        "digitise": ("photo", "crack", "mesh", "path"),
+        "digitise": ("photo", "crack", "mesh", "drawing", "path"),
         "simulate": ("fluid", "solver", "nozzle", "seed"),
-        "validate": ("name", "note", "sample", "readings", "gate", "uncertainty"),
+        "validate": ("name", "note", "assumed", "sample", "readings", "gate", "uncertainty"),
     }
     settings = {name: dump.get(name) for name in tables[stage]}
     if stage == "simulate" and not trial.sample.level:
@@ -149,10 +187,10 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
             settings["weighed"] = trial.path.weighed.model_dump(mode="json")
         if trial.output.pictures:
             settings["pictures"] = True
-    for table in ("photo", "mesh"):
+    for table in (*KINDS, "crack"):
         if (values := settings.get(table)) is not None:
             # Files are compared by their hashes, so their names are left out.
-            settings[table] = {key: value for key, value in values.items() if key not in FILES_OF_A_SAMPLE}
+            settings[table] = {key: value for key, value in values.items() if key not in (*FILES_OF_A_SAMPLE, "scan")}
     return settings
 
 
@@ -164,15 +202,16 @@ def sample_files(trial: Trial) -> dict[str, Path]:
 
 
 def require_sample(trial: Trial, source: Path) -> None:
-    """Raise InputError if a file that shows the crack is missing. This is called before a folder is made."""
-    table = "photo" if trial.mesh is None else "mesh"
+    """Raise InputError if the readings or a file that shows the crack are missing, before a folder is made."""
+    if trial.readings is not None:
+        check_sheet(source / trial.readings.path, trial.readings)
     for role, file in sample_files(trial).items():
         if not (source / file).exists():
             cure = "Put the file there, or correct the name."
             if (source / MANIFEST).is_file():
                 command = f"sealtwin simulate {display_path(source)}"
                 cure = f"A run folder has no copy of it; '{command}' uses the digitised crack."
-            key = "crack.scan" if role == "scan" else f"{table}.{role}"
+            key = "crack.scan" if role == "scan" else f"{trial.kind}.{role}"
             raise InputError(f"{source / file}: not found, but {key} names it. {cure}")
 
 
@@ -194,24 +233,30 @@ def clear(job: Job, stage: str) -> None:
 
 
 def adopt_trial(job: Job) -> None:
-    """Write the resolved trial and a copy of the readings to the run folder.
+    """Write the resolved trial and a copy of the readings to the run folder. A trial that is run in place is kept.
 
     The photo and the mesh are not copied, since a photo may contain its location and author, and a scan is large. The
-    manifest contains their hashes.
+    trial file has their paths from the run folder. The manifest has the file to which the folder belongs, and hashes
+    of the photo and of the written trial.
     """
-    if job.source.resolve() == job.path.resolve() and load_trial(job.path / "trial.toml") == job.trial:
+    own, in_place = job.path / TRIAL, job.source.resolve() == job.path.resolve()
+    if in_place and load_trial(own).loaded(job.source) == job.trial:
         return
-    if job.sheet is not None and job.trial.readings is not None:
+    content, manifest = job.trial.content, job.folder.manifest
+    if not in_place and job.sheet is not None and job.trial.readings is not None:
         largest = plain_files.LARGEST_BYTES if job.trial.readings.scan else LARGEST_SHEET_BYTES
         files.write_if_new(job.path / job.trial.readings.path, plain_files.read_bytes(job.sheet, largest))
-    sample = job.trial.shown_by
-    names = {role: Path(file.name) for role, file in sample_files(job.trial).items()}
-    table = "photo" if sample is job.trial.photo else "mesh"
-    scan = names.pop("scan", None)
-    resolved = job.trial.model_copy(update={table: sample.model_copy(update=names)})
-    if scan is not None and job.trial.crack is not None:
-        resolved = resolved.model_copy(update={"crack": job.trial.crack.model_copy(update={"scan": scan})})
-    files.write_if_new(job.path / "trial.toml", trial_text(resolved).encode())
+    for role, file in sample_files(job.trial).items():
+        content["crack" if role == "scan" else job.trial.kind][role] = _seen_from(job.path, job.source / file)
+    began = manifest.get("begun")
+    is_edited = in_place and began is not None and files.sha256(own) != began["trial"]
+    files.write_if_new(own, trial_text(content).encode())
+    if job.file is not None and not in_place:
+        shown = files.sha256(job.source / job.trial.shown_by.file)
+        began = {"from": _seen_from(job.path, job.file), "sha256": shown}
+    if began is not None and not is_edited and (now := {**began, "trial": files.sha256(own)}) != manifest.get("begun"):
+        manifest["begun"] = now
+        job.folder.save()
 
 
 def check_sheet(sheet: Path, readings: Readings | None = None) -> None:

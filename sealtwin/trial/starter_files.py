@@ -1,9 +1,9 @@
-"""Write starter files: a commented trial, a robot's cell, a study, the demo, and trials for 'quick' and 'import-dxf'.
+"""Begin trials: the commented starter of 'init' and 'trace', trials of a photo, a mesh or a drawing, and the demo.
 
-For settings that the user does not give, 'sealtwin quick' uses the settings of the commented trial, the "starter".
+All of them take the settings that nobody gave from the same defaults: those of the settings' fields and, for the
+sealant, the starter's table [fluid]. Also write starters of a robot's cell and of a study.
 """
 
-import hashlib
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import files as resources
@@ -11,23 +11,11 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from digitise.drawing.given import GivenDrawing
-from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Fact
-from sealtwin.core.files import write_bytes, write_text, write_unless_other
-from sealtwin.core.plain_files import read_bytes
+from sealtwin.core.errors import InputError, present
+from sealtwin.core.files import write_bytes, write_unless_other
 from sealtwin.core.run_folder import require_folder
-from sealtwin.core.settings import checked, doubts_of
-from sealtwin.trial.trial_file import (
-    SettingValues,
-    Trial,
-    checked_trial,
-    name_of,
-    names_in,
-    seen_from,
-    trial_text,
-    with_settings,
-)
+from sealtwin.core.settings import table_of
+from sealtwin.trial.trial_file import KINDS, Kind, SettingValues, Trial, checked_trial, names_in, with_settings
 
 TEMPLATES = resources("sealtwin").joinpath("templates")
 TRIAL = TEMPLATES.joinpath("starter_trial.toml").read_text(encoding="utf-8")
@@ -38,28 +26,49 @@ HEADER = ("Distance along crack [mm]", *(f"Depth below face {repeat} [mm]" for r
 """Header of the empty sheet of readings, with three repeats at each station."""
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
 """Files of the reconstruction of the paper's trial. They are fixtures of the tests, and also part of the wheel."""
-STARTER = tomllib.loads(TRIAL)
-NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
-"""Settings of the starter that are not marked as assumed, since the user always gives them or they are defaults."""
-ASSUMED = {
-    f"{table}.{key}": value
-    for table in ("crack", "path", "fluid", "solver", "nozzle")
-    for key, value in STARTER[table].items()
-    if f"{table}.{key}" not in NOT_ASSUMED
-}
-"""Settings of the starter that are used if the user does not give them, by dotted name."""
-QUICK = {**ASSUMED, "solver.preset": "draft"}
-NOBODY = "undeclared"  # Value of a photo's origin, and of the readings' origin and role, if they are not declared
-MARK = "# Written by 'sealtwin quick', as it was while its check is "
-"""Beginning of the first line of a trial file, before a hash of the other lines.
+NOBODY = "undeclared"  # Origin of a file, and use of readings, that nobody has declared
+SEALANT = {f"fluid.{key}": value for key, value in tomllib.loads(TRIAL)["fluid"].items()}
+"""Sealant of a trial for which none is given, by dotted name."""
 
-The hash shows if the file was edited. An unchanged file may be overwritten."""
-MESH, DRAWN = "drawing.stl", "trial.toml"
-"""Names of the files that are written for a drawn crack."""
-HEAD = """\
-# Settings marked as assumed were not given. Measure them, correct them in this file, and run the trial again:
-#   sealtwin run {file} --out {run}
-"""
+
+def begun(content: Mapping[str, Any], settings: SettingValues) -> dict[str, Any]:
+    """Return the tables of a new trial: ``content`` with the user's ``settings``, and the assumed sealant.
+
+    ``settings`` are by dotted name. A setting of the sealant that they give or exclude is not assumed.
+    """
+    # A material file has the yield stress, and may have the viscosity.
+    sealant = {"fluid.freeze_after_s": SEALANT["fluid.freeze_after_s"]} if "fluid.material" in settings else SEALANT
+    changed = with_settings({**with_settings(content, sealant), "assumed": list(sealant)}, settings)
+    return changed | {"assumed": [name for name in changed["assumed"] if name in names_in(changed)]}
+
+
+def begin_trial(file: Path, settings: SettingValues) -> Trial:
+    """Return the trial of a photo, a mesh or a drawing. ``settings`` are by dotted name.
+
+    Settings of another kind of file apply to this kind if it has them: photo.width_mm is a drawing's drawing.width_mm.
+    Raises InputError if a setting cannot be used.
+    """
+    kind = kind_of(file)
+    table, own = present(table_of(Trial, (kind, "")), kind), dict[str, Any]()
+    for name, value in settings.items():
+        home, _, key = name.partition(".")
+        if home in KINDS and home != kind and key not in table.model_fields:
+            raise InputError(f"{file}: {name} is for a {home}, but this file is a {kind}.")
+        own[f"{kind}.{key}" if home in KINDS else name] = value
+    if f"{kind}.file" in own:
+        raise InputError(f"{kind}.file and {file} are both given; give only one {kind}.")
+    content = {kind: {"file": file.name, "data": NOBODY}}
+    if any(name.startswith("readings.") for name in settings):
+        content["readings"] = {"data": NOBODY, "role": NOBODY}
+    return checked_trial(file, begun(content, own))
+
+
+def kind_of(file: Path) -> Kind:
+    """Return the table of a trial to which a file belongs by its suffix: a mesh, a drawing or, for others, a photo."""
+    from sealtwin.core.mesh_file import READERS
+
+    suffix = file.suffix.lower()
+    return "mesh" if suffix in READERS else "drawing" if suffix == ".dxf" else "photo"
 
 
 def write_example_cell(path: Path) -> None:
@@ -79,8 +88,13 @@ def write_starter(folder: Path) -> list[Path]:
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; give a new or existing folder.")
-    trial = TRIAL.replace("{folder}", folder.as_posix())
-    return _write_new({folder / "trial.toml": trial, folder / SHEET: empty_sheet()}, "folder")
+    trial = folder / "trial.toml"
+    return _write_new({trial: starter_text(trial), folder / SHEET: empty_sheet()}, "folder")
+
+
+def starter_text(trial: Path) -> str:
+    """Return the text of a new trial file, with comments that name it."""
+    return TRIAL.replace("{trial}", trial.as_posix())
 
 
 def empty_sheet() -> bytes:
@@ -129,103 +143,3 @@ def shipped_trial() -> Path:
         if all((folder / name).is_file() for name in DEMO):
             return folder
     raise InputError(f"{package / 'demo'}: the files of the demo are missing. Install sealtwin again.")
-
-
-def quick_trial(photo: Path, folder: Path, settings: SettingValues, sheet: Path | None) -> tuple[str, list[str]]:
-    """Return the text of a trial file in ``folder``, and the assumed settings as texts "table.key = value".
-
-    ``settings`` are the user's settings by dotted name. Raises InputError with the name of the photo if a setting
-    cannot be used or a file is missing.
-    """
-    for file in filter(None, (photo, sheet)):
-        if not file.is_file():
-            raise InputError(f"{file}: no such file.")
-    sheets = {} if sheet is None else {"readings.file": sheet}
-    if twice := sorted({"photo.file", *sheets} & settings.keys()):
-        raise InputError(f"{photo}: {twice[0]} is given twice; give it only once.")
-    settings = seen_from(folder, {"photo.file": photo, **settings, **sheets})
-    defaults = {"photo.data": NOBODY, **QUICK}
-    if sheet is not None:
-        defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
-    content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), settings)
-    # A setting of the user also replaces the settings that it excludes.
-    assumed = {name: value for name, value in defaults.items() if name not in settings and name in names_in(content)}
-    sentences = [f"{name} = {toml_value(value)}" for name, value in assumed.items()]
-    content = {
-        "note": f"These settings were neither measured nor given, but assumed: {', '.join(sentences)}.",
-        **content,
-    }
-    checked_trial(photo, content)
-    return _text(folder, content, settings, assumed), sentences
-
-
-def _text(folder: Path, content: Mapping[str, Any], settings: SettingValues, assumed: SettingValues) -> str:
-    head = {key: content[key] for key in ("name", "note", "seed", "seeds") if key in content}
-    lines = [HEAD.format(file=(folder / "trial.toml").as_posix(), run=(folder / "run").as_posix())]
-    lines += [f"{key} = {toml_value(value)}" for key, value in head.items()]
-    tables = dict.fromkeys(name.partition(".")[0] for name in (*settings, *assumed) if "." in name)
-    for table in tables:
-        lines += ["", f"[{table}]", *_rows(table, settings), *(f"{row}  # assumed" for row in _rows(table, assumed))]
-    text = "\n".join(lines) + "\n"
-    return f"{MARK}{_check(text)}\n{text}"
-
-
-def _rows(table: str, settings: SettingValues) -> list[str]:
-    """Return the lines for one table of a trial file."""
-    parts = [(*name.partition(".")[::2], value) for name, value in settings.items()]
-    return [f"{key} = {toml_value(value)}" for home, key, value in parts if home == table and key]
-
-
-def write_quick_trial(path: Path, text: str) -> None:
-    """Write a trial file. Raises InputError if the file exists and a user wrote or edited it."""
-    if path.exists():
-        first, _, rest = read_bytes(path).decode("utf-8", errors="replace").partition("\n")
-        if first != MARK + _check(rest):
-            raise InputError(
-                f"{path}: you wrote or edited this file, so it is not overwritten. Run 'sealtwin run {path}', or give "
-                "another --out."
-            )
-    write_text(path, text)
-
-
-def _check(content: str) -> str:
-    return hashlib.sha256(content.encode()).hexdigest()[:12]
-
-
-def write_drawn_trial(
-    drawing: Path, folder: Path, crack: GivenDrawing, settings: SettingValues
-) -> tuple[Path, list[Fact]]:
-    """Write a trial with the mesh of a drawn crack. Returns the file and notes.
-
-    ``settings`` are settings of the trial by dotted name. Raises InputError if the drawing cannot be used, or if a file
-    with the same name and different content exists.
-    """
-    from digitise.drawing.read_dxf import drawn_crack, open_drawing, sample_stl
-    from digitise.settings import CrackShape
-
-    require_folder(folder)
-    drawn = open_drawing(drawing, crack.units)
-    depth_mm = crack.depth_mm
-    outline, _ = drawn_crack(drawn, crack)
-    doubts = doubts_of(CrackShape(depth_mm=depth_mm), width_mm=outline.mean_width_mm)
-    notes = [*drawn.notes, *doubts]
-    mesh = {"file": MESH, "data": crack.data, "units": "mm"}
-    contents = {folder / MESH: sample_stl(outline, depth_mm)}
-    floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
-    note = f"The crack is from the drawing {drawing.name} in {drawn.unit}. It is {floor}."
-    content = {"name": name_of(drawing, "drawing"), "note": note, "mesh": mesh}
-    trial = checked(Trial, drawing, with_settings(content, settings))
-    contents[folder / DRAWN] = trial_text(trial).encode()
-    write_unless_other(contents)
-    return folder / DRAWN, notes
-
-
-def toml_value(value: Any) -> str:
-    """Return a value as TOML text for a trial file."""
-    import tomlkit
-
-    if not isinstance(value, Mapping):
-        return tomlkit.item(value).as_string()
-    inline = tomlkit.inline_table()
-    inline.update(value)
-    return inline.as_string()

@@ -16,23 +16,9 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_bytes
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.settings import checked
-from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import SettingValues, Trial, load_trial, seen_from, with_settings
-
-NEEDED = ("fluid", "solver")
-"""Tables without which a trial cannot run. A new trial gets these tables from the starter."""
-NEW_TRIAL = """\
-# Traced on the page of 'sealtwin trace'. Pixels count from the centre of the photo's first pixel, x right, y down.
-# 'sealtwin init DIR' writes a trial that shows the other settings.
-
-name = ""
-
-[photo]
-file = ""
-data = "undeclared"  # "measured", "reconstructed" or "synthetic"; "undeclared" if the origin is unknown.
-
-[crack]
-"""
+from sealtwin.trial.job import TRIAL_SUFFIX
+from sealtwin.trial.starter_files import NOBODY, starter_text
+from sealtwin.trial.trial_file import SettingValues, checked_trial, load_trial, seen_from, with_settings
 
 
 def sheets_in(folder: Path, replacements: SettingValues) -> list[Sheet]:
@@ -156,7 +142,7 @@ class TrialFile:
             )
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
-        """Write the hints to [photo] and the shape to [crack]. Returns the changed keys and a new trial's additions.
+        """Write the hints to [photo] and the shape to [crack]. Returns the changed keys.
 
         Keys that are not in ``hints`` are removed from [photo]. Keys that are not in ``shape`` are not changed in
         [crack]. Raises InputError, without changing the file, if the file was edited in the meantime or would not be a
@@ -174,7 +160,8 @@ class TrialFile:
         tables = {"photo": {**others, **hints.entries()}}
         if "crack" in before or shape.entries():
             tables["crack"] = {**before.get("crack", {}), **shape.entries()}
-        if after != {**before, **tables}:
+        # The page removes settings from ``assumed`` that the user has set.
+        if after != {**before, **tables, **{key: after[key] for key in after.keys() & {"assumed"}}}:
             lines = "; ".join(
                 f"{key} = {json.dumps(value)}" for key, value in {**hints.entries(), **shape.entries()}.items()
             )
@@ -182,26 +169,29 @@ class TrialFile:
                 f"{self.path}: [photo] or [crack] is written in a form that sealtwin cannot edit without other "
                 f"changes. Add these lines yourself: {lines}"
             )
-        data = checked(Trial, self.path, after).shown_by.data
+        checked_trial(self.path, after)
         if changed:
             self._content = mark + edited.encode("utf-8")
             write_bytes(self._target, self._content)
         # The page may remove the markers of a frame that it wrote.
         self._keys += ["markers"] * bool(hints.frame)
-        if self._new:
-            changed += ['data = "undeclared"'] * (data == "undeclared") + [f"the starter's [{name}]" for name in NEEDED]
         self._new = False
         return changed
 
 
 def new_trial(photo: Path, settings: SettingValues | None = None) -> TrialFile:
-    """Return a new trial file with the name of a photo, in the photo's folder. Raises InputError if the file exists."""
+    """Return a new trial file with the name of a photo, in the photo's folder. Raises InputError if the file exists.
+
+    It is the starter of 'sealtwin init', without the scale and the depth, which nobody has measured yet.
+    """
     import tomlkit
 
-    document: Any = tomlkit.parse(NEW_TRIAL)
-    document["name"], document["photo"]["file"] = photo.stem[:80], photo.name
-    text = "\n".join([tomlkit.dumps(document), *map(_from_starter, NEEDED)])
-    return TrialFile(photo.with_suffix(".toml"), settings, text)
+    path = photo.with_suffix(TRIAL_SUFFIX)
+    document: Any = tomlkit.parse(starter_text(path))
+    document["photo"] |= {"file": photo.name, "data": NOBODY}
+    for table, key in (name.split(".") for name in ("photo.mm_per_px", "photo.scale_is", "crack.depth_mm")):
+        document[table].remove(key)
+    return TrialFile(path, settings, tomlkit.dumps(document))
 
 
 def with_hints(
@@ -224,7 +214,11 @@ def with_hints(
         photo.remove(key)
     if "crack" not in document and shape.entries():
         document["crack"] = tomlkit.table()
-    changed = [*replaced, *_filled(photo, values), *removed, *_filled(document.get("crack", {}), shape.entries())]
+    shaped = _filled(document.get("crack", {}), shape.entries())
+    changed = [*replaced, *_filled(photo, values), *removed, *shaped]
+    given = {*settings, *(f"crack.{key}" for key in shaped)}
+    if named := document.get("assumed"):
+        changed += _filled(document, {"assumed": [name for name in named if name not in given]})
     edited = tomlkit.dumps(document)
     return edited.replace("\n", "\r\n") if windows else edited, changed
 
@@ -252,12 +246,6 @@ def _filled(table: Any, values: dict[str, Any]) -> list[str]:
     for key in changed:
         _put(table, key, values[key])
     return changed
-
-
-def _from_starter(name: str) -> str:
-    """Return the text of a table of the starter, with its comments."""
-    table = TRIAL[TRIAL.index(f"[{name}]") :].partition("\n\n")[0]
-    return f"# This table is from 'sealtwin init', not measured: replace its values by your own.\n{table}\n"
 
 
 def _put(table: Any, key: str, value: Any) -> None:

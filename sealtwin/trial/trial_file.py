@@ -5,18 +5,20 @@ import os
 import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import Field, field_validator
 
+from digitise.drawing.given import DrawingInput
 from digitise.settings import NO_SCALE, CrackShape, MeshInput, NozzlePath, PhotoInput
-from sealtwin.core.errors import InputError, present
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Sample, Solid
-from sealtwin.core.settings import Settings, SettingsFaults, checked, dotted_names, read_toml
+from sealtwin.core.settings import Settings, SettingsFaults, checked, dotted_names, read_toml, without_none
 from simulate.material_file import Material
 from simulate.pour import Pour
 from simulate.settings import LAWS, Fluid, Nozzle, SampleSlope, Solver, excluded_by
 from validate.settings import ANGLE, OF_THE_READINGS, Gate, Readings, Uncertainty
+from validate.units import assumed_words
 
 LONGEST_FOLDER_BYTES = 120
 MAX_SEEDS = 20  # Largest number of runs of one trial that differ only in the seed
@@ -51,6 +53,9 @@ class FluidOfFile(Fluid):
 MAX_APART = 0.03  # Largest relative difference of the densities in two tables. Each is measured to one percent
 
 
+Kind = Literal["photo", "mesh", "drawing"]
+
+
 class Trial(Settings):
     """A crack, the settings with which it is sealed, and the readings taken afterwards."""
 
@@ -58,6 +63,10 @@ class Trial(Settings):
     """Name of the trial in the report, and of its folder in reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Note in the report that states what a reader must know about this trial."""
+    assumed: tuple[str, ...] = ()
+    """Settings in this file that were neither measured nor chosen for this crack, such as "crack.tilt". The report
+    lists them, and the settings in ``UNMEASURED`` that the file does not give. Delete a name once you know the value.
+    """
     seed: Seed = 0
     """Seed of the small random offsets of the particles at the nozzle."""
     seeds: Annotated[int, Field(ge=1, le=MAX_SEEDS)] | None = None
@@ -66,6 +75,7 @@ class Trial(Settings):
     photo: PhotoInput | None = None
     crack: CrackShape | None = None  # Depth and walls of the crack, which a mesh shows but a photo does not
     mesh: MeshInput | None = None  # Mesh that replaces photo and crack
+    drawing: DrawingInput | None = None  # Drawing that replaces the photo
     sample: SampleSlope = SampleSlope()  # Slopes of the sample's face
     path: NozzlePath = NozzlePath()
     fluid: FluidOfFile | None = None  # Settings of the sealant, which only the fluid run requires
@@ -84,19 +94,22 @@ class Trial(Settings):
         return None if seeds == 1 else seeds
 
     def _check(self) -> None:
-        if self.mesh is not None and (self.photo is not None or self.crack is not None):
-            raise ValueError(
-                "[mesh] cannot be combined with [photo] or [crack], since a mesh already has depth and walls; give "
-                "[mesh], or [photo] and [crack]"
+        shown = [f"[{kind}]" for kind in KINDS if getattr(self, kind) is not None]
+        if len(shown) != 1:
+            fault = (
+                f"{' and '.join(shown)} cannot be combined" if shown else f"one of [{'], ['.join(KINDS)}] is missing"
             )
-        if self.mesh is None and self.photo is None:
-            raise ValueError("[photo] or [mesh] is missing; give one of them to show the crack")
-        if self.photo is not None and self.crack is None and not self.photo.path_only:
-            raise ValueError("[crack] is missing; give crack.depth_mm, since a photo does not show the depth")
+            raise ValueError(f"{fault}; give exactly one of them to show the crack")
+        if self.mesh is not None and self.crack is not None:
+            raise ValueError("[mesh] cannot be combined with [crack], since a mesh already has depth and walls")
+        if self.mesh is None and self.crack is None and not (self.photo and self.photo.path_only):
+            raise ValueError(f"[crack] is missing; give crack.depth_mm, since a {self.kind} does not show the depth")
+        if unknown := [name for name in self.assumed if name not in (*SETTINGS, *ORIGINS)]:
+            raise ValueError(f"assumed: {'; '.join(map(no_such_setting, unknown))}")
         face = self.photo and self.photo.face_mm
-        if face is not None and self.nozzle.diameter_mm >= min(face):
+        if face is not None and self.nozzle.diameter_mm != "auto" and self.nozzle.size_mm >= min(face):
             raise ValueError(
-                f"nozzle.diameter_mm is {self.nozzle.diameter_mm:g}, but it must be smaller than both sides of the "
+                f"nozzle.diameter_mm is {self.nozzle.size_mm:g}, but it must be smaller than both sides of the "
                 f"face, photo.face_mm = {list(face)}"
             )
         if face is not None and sum(self.path.trims_mm) >= sum(face):
@@ -131,9 +144,32 @@ class Trial(Settings):
             raise ValueError(f"readings.fitted: {'; '.join(map(no_such_setting, unknown))}")
 
     @property
-    def shown_by(self) -> PhotoInput | MeshInput:
-        """Input that shows the crack: the photo or the mesh."""
-        return present(self.photo or self.mesh, "photo or mesh")
+    def kind(self) -> Kind:
+        """Table of the input that shows the crack."""
+        return next(kind for kind in KINDS if getattr(self, kind) is not None)
+
+    @property
+    def shown_by(self) -> PhotoInput | MeshInput | DrawingInput:
+        """Input that shows the crack: the photo, the mesh or the drawing."""
+        return getattr(self, self.kind)
+
+    @property
+    def assumptions(self) -> dict[str, Any]:
+        """Settings that were neither given nor measured, by dotted name: those that the trial names, and defaults."""
+        homes = {name: getattr(self, name.partition(".")[0]) for name in (*self.assumed, *UNMEASURED, *ORIGINS)}
+        values = {name: getattr(home, name.partition(".")[2]) for name, home in homes.items() if home is not None}
+        names = [*self.assumed]
+        names += [
+            name for name in UNMEASURED if name in values and name.split(".")[1] not in homes[name].model_fields_set
+        ]
+        names += [name for name, value in values.items() if value == "undeclared"]
+        names += ["photo.mm_per_px"] * (self.photo is not None and self.photo.scale_is == "assumed")
+        idle = {"path."} if self.path.plan is not None else {"path.fill"} if self.path.volume_ml != "cavity" else set()
+        if self.crack is not None and (self.crack.tilt == "vertical" or self.crack.fill is not None):
+            idle.add("crack.wall_angle_deg")
+        return without_none(
+            {name: values.get(name) for name in dict.fromkeys(names) if not name.startswith(tuple(idle))}
+        )
 
     @property
     def given_fluid(self) -> Fluid:
@@ -141,6 +177,11 @@ class Trial(Settings):
         if self.fluid is None:
             raise InputError("the trial has no table [fluid]; give viscosity_pa_s, or U and D_cm.")
         return self.fluid
+
+    @property
+    def assumed_words(self) -> tuple[str, ...]:
+        """The ``assumptions`` in words with their values."""
+        return assumed_words(self.assumptions)
 
     def pour(self, sample: Sample) -> Pour:
         """Return the input of the trial's fluid run. Raises InputError if the trial has no fluid."""
@@ -172,7 +213,9 @@ class Trial(Settings):
     @property
     def content(self) -> dict[str, Any]:
         """Tables of the trial file as a dict, without settings that are None."""
-        return self.model_dump(mode="json", exclude_none=True)
+        content = self.model_dump(mode="json", exclude_none=True)
+        # All settings are written, so those that had their defaults are named.
+        return content | {"assumed": [name for name in self.assumptions if name not in ORIGINS]}
 
     def changed(self, settings: SettingValues, where: Path) -> "Trial":
         """Return the trial with changed settings by dotted name. None removes a setting.
@@ -204,6 +247,13 @@ class Trial(Settings):
 
 
 OF_ANY_DRAFT = ("solver.model", "solver.settle_s")  # Settings of the solver that a draft does not change
+KINDS: tuple[Kind, ...] = get_args(Kind)
+UNMEASURED = (
+    *("crack.tilt", "crack.wall_angle_deg", "path.fill", "path.trim_mm", "path.speed_mm_s", "nozzle.diameter_mm"),
+)
+"""Settings whose defaults are assumed if the trial does not give them. Other defaults are choices of the method."""
+ORIGINS = ("photo.data", "mesh.data", "drawing.data", "readings.data", "readings.role", "photo.mm_per_px")
+"""Settings that state an origin, and the scale, whose origin is photo.scale_is."""
 TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
 """Tables of a trial file with settings that a study may vary, and that may have been fitted to readings."""
 SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
@@ -252,12 +302,13 @@ def load_trial(path: Path, settings: SettingValues | None = None) -> Trial:
 
 
 def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str], str] | None = None) -> Trial:
-    """Return a checked trial. ``path`` is the trial file or the photo.
+    """Return a checked trial. ``path`` is the trial file, or the file that shows the crack.
 
-    If the scale is missing, the message suggests the markers that are visible in the photo.
+    If the trial has no name, it gets that of ``path``. If the scale is missing, the message suggests the markers that
+    are visible in the photo.
     """
     try:
-        return checked(Trial, path, content, origin)
+        return checked(Trial, path, {"name": name_of(path), **content}, origin)
     except SettingsFaults as fault:
         if NO_SCALE not in fault.types:
             raise
@@ -267,20 +318,10 @@ def checked_trial(path: Path, content: Mapping[str, Any], origin: Callable[[str]
         raise InputError(f"{fault}{offer_of_markers(photo)}") from None
 
 
-def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: SettingValues) -> Trial:
-    """Return a trial of a photo or a mesh without a fluid, from which the solid and the path can be made.
-
-    ``settings`` are by dotted name. Raises the same errors as ``load_trial``.
-    """
-    if f"{kind}.file" in settings:
-        raise InputError(f"{kind}.file and {file} are both given; give only one {kind}.")
-    content = {"name": name_of(file, kind), kind: {"file": file.name, "data": "undeclared"}}
-    return checked_trial(file, with_settings(content, settings))
-
-
-def name_of(file: Path, otherwise: str) -> str:
-    """Return a name for a trial from the name of its photo, mesh or drawing."""
-    return LINE_BREAKING.sub("-", file.stem)[:80].strip() or otherwise
+def name_of(file: Path) -> str:
+    """Return the default name of a trial: that of its file or, for photo.* and trial.toml, of its folder."""
+    stem = file.resolve().parent.name if file.stem in ("photo", "trial") else file.stem
+    return LINE_BREAKING.sub("-", stem)[:80].strip() or "trial"
 
 
 def seen_from(folder: Path, settings: SettingValues, source: Path = Path()) -> dict[str, Any]:
@@ -327,6 +368,8 @@ def with_settings(content: Mapping[str, Any], settings: SettingValues) -> dict[s
         others += ["fluid.D_cm"] * ("fluid.U" in others)
         for other in set(others) - set(settings):
             home.pop(other.partition(".")[2], None)
+    if isinstance(named := changed.get("assumed"), list | tuple):
+        changed["assumed"] = [name for name in named if name not in settings]
     return changed
 
 
@@ -342,13 +385,13 @@ def names_in(content: Mapping[str, Any]) -> set[str]:
     return {f"{table}.{key}" for table, inner in content.items() if isinstance(inner, dict) for key in inner}
 
 
-def trial_text(trial: Trial) -> str:
-    """Return the trial as TOML, including all defaults."""
+def trial_text(content: Mapping[str, Any]) -> str:
+    """Return the tables of a trial as TOML."""
     import tomlkit
 
     document = tomlkit.document()
     document.add(tomlkit.comment("Written by sealtwin: all settings of this run, including defaults."))
-    for key, value in trial.content.items():
+    for key, value in content.items():
         document.add(key, value)
     return tomlkit.dumps(document)
 
@@ -370,8 +413,12 @@ def drafted(trial: Trial, sample: Sample) -> Trial:
 
 
 def as_run(trial: Trial, sample: Sample) -> Trial:
-    """Return a trial with the particle radius, U and D of its run. Raises InputError if the trial has no fluid."""
+    """Return a trial with the nozzle, the particle radius, U and D of its run.
+
+    Raises InputError if the trial has no fluid.
+    """
     from simulate.setup_checks import resolved
 
-    fluid, solver = resolved(sample, trial.given_fluid, trial.solver, trial.nozzle)
-    return trial.model_copy(update={"fluid": fluid, "solver": solver})
+    nozzle = trial.nozzle.over(sample.outline.mean_width_mm)
+    fluid, solver = resolved(sample, trial.given_fluid, trial.solver, nozzle)
+    return trial.model_copy(update={"fluid": fluid, "solver": solver, "nozzle": nozzle})

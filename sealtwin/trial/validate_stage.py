@@ -98,6 +98,7 @@ def bring_up_to_date(job: Job) -> bool:
     evidence = Evidence(
         name=trial.name,
         note=trial.note,
+        assumed=trial.assumed_words,
         outline=outline,
         solid=solid,
         trajectory=trajectory,

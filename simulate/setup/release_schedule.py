@@ -131,7 +131,7 @@ def same_fluid(fluid: Fluid, nozzle: Nozzle, *releases: tuple[float, Trajectory]
     """
     if fluid.D_cm is None:
         return fluid
-    frames_s = [plan_releases(path, radius_mm, nozzle.diameter_mm, 0).frame_s for radius_mm, path in releases]
+    frames_s = [plan_releases(path, radius_mm, nozzle.size_mm, 0).frame_s for radius_mm, path in releases]
     longer, finer = frames_s[1] / frames_s[0], releases[0][0] / releases[1][0]
     u = None if fluid.U is None else fluid.U * finer**4 * longer
     return fluid.model_copy(update={"U": u, "D_cm": fluid.D_cm * longer})

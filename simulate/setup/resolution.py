@@ -25,8 +25,8 @@ class Resolution(NamedTuple):
 
     def radius_mm(self, width_mm: float, nozzle: Nozzle) -> float:
         """Return the radius in mm for "auto" in a crack of this mean width. It is at most the radius of the nozzle."""
-        pair_mm = nozzle.diameter_mm / 4
-        radius_mm = min(width_mm / self.abreast / 2, nozzle.diameter_mm / 2)
+        pair_mm = nozzle.size_mm / 4
+        radius_mm = min(width_mm / self.abreast / 2, nozzle.size_mm / 2)
         if pair_mm < radius_mm < self.pairs_below * pair_mm:
             return math.floor(1e3 * pair_mm) / 1e3
         return float(f"{radius_mm:.3g}")

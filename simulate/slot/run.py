@@ -56,8 +56,8 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
         viscosity_m2_s=viscosity_m2_s,
         density_kg_m3=paste.density_kg_m3,
         yield_stress_pa=paste.yield_stress_pa,
-        speed_mm_s=filled.dispensed_mm3 / flowing_s / (np.pi / 4 * nozzle.diameter_mm**2),
-        nozzle_mm=nozzle.diameter_mm,
+        speed_mm_s=filled.dispensed_mm3 / flowing_s / (np.pi / 4 * nozzle.size_mm**2),
+        nozzle_mm=nozzle.size_mm,
         width_mm=outline.mean_width_mm,
         flow_index=paste.flow_index,
     )
@@ -127,7 +127,7 @@ def bed_of(
         inputs.sample.outline,
         trajectory,
         paste,
-        nozzle_mm=inputs.nozzle.diameter_mm,
+        nozzle_mm=inputs.nozzle.size_mm,
         settle_s=inputs.solver.settle_s,
         slope=inputs.slope,
         cells=cells,
@@ -155,7 +155,7 @@ def paste_of(inputs: Pour) -> HerschelBulkley:
     if viscosity_pa_s is None:
         try:
             radius_mm = sized(sample.outline, sample.solid, inputs.solver, inputs.nozzle).size_mm
-            frame_s = plan_releases(sample.trajectory, radius_mm, inputs.nozzle.diameter_mm, inputs.seed).frame_s
+            frame_s = plan_releases(sample.trajectory, radius_mm, inputs.nozzle.size_mm, inputs.seed).frame_s
         except InputError as fault:
             raise InputError(
                 "fluid.U: its equivalent viscosity depends on the particles, but particles cannot be released here "

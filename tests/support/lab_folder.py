@@ -40,6 +40,7 @@ freeze_after_s = 0.2
 [solver]
 radius_mm = 0.45
 substeps = 2
+settle_s = 0.0
 
 [output]
 snapshots_s = []

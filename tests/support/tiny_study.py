@@ -46,6 +46,7 @@ freeze_after_s = 0.2
 [solver]
 radius_mm = 0.45
 substeps = 2
+settle_s = 0.0
 
 [nozzle]
 diameter_mm = 2.4
@@ -84,7 +85,7 @@ def plannable_lab(folder: Path) -> Path:
     fluid = 'viscosity_pa_s = 1\nyield_stress_pa = 5\nfreeze_after_s = "never"'
     trial = TRIAL.split("[readings]")[0].replace(AGED, fluid)
     trial = trial.replace("volume_ml = 0.08\nspeed_mm_s = 20", 'volume_ml = "cavity"\nspeed_mm_s = 8')
-    (folder / "planned.toml").write_text(trial.replace("substeps = 2", "substeps = 2\nsettle_s = 0.5"))
+    (folder / "planned.toml").write_text(trial.replace("settle_s = 0.0", "settle_s = 0.5"))
     cell = CELL.replace("{file}", "cell.toml").replace('["spel", "csv"]', '["csv"]')
     (folder / "cell.toml").write_text(cell)
     return folder

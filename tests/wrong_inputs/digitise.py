@@ -59,7 +59,7 @@ def beside_lines(_: Any, space: Any) -> None:
     space.add_point((1, 1), dxfattribs=on("A"))
 
 
-DRAWN = "import-dxf {given}/a.dxf --depth-mm 8 --out {out}"
+DRAWN = "digitise {given}/a.dxf --depth-mm 8 --out {out}"
 ALONG, BETWEEN = " --line L --width-mm 3", " --walls A B"
 OF_A_MESH = ("mesh.up", "drawing.stl", "Mesh", "Trace it again", "R2010", "px")
 ROW = {"more", "code", "lacks"}
@@ -120,7 +120,7 @@ def far_away(shape: trimesh.Trimesh) -> trimesh.Trimesh:
     return shape.apply_scale(1.003).apply_translation((0.0, 3e7, 0.0))
 
 
-IMPORT = "import-mesh {given}/m.stl --units mm --out {out}"
+IMPORT = "digitise {given}/m.stl --units mm --out {out}"
 imported = answers(IMPORT)
 
 

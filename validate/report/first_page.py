@@ -68,6 +68,7 @@ def _notes(evidence: Evidence) -> tuple[tuple[str, str], ...]:
         ("Walls:", walls(evidence)),
         ("Freezing:", freezing(evidence)),
         *(("Paste:", doubt) for doubt in paste.get("doubts", ())),
+        ("Assumed:", ", ".join(evidence.assumed)),
         ("Note:", evidence.note),
         ("Next:", sentence("plan_next") if better else ""),
     ]

@@ -111,7 +111,7 @@ def emulated_trials(lab):
     tiny_lab(lab)
     paste = {
         AGED: 'viscosity_pa_s = 0.1\nyield_stress_pa = 1.0\nfreeze_after_s = "never"',
-        "substeps = 2": "substeps = 3\nsettle_s = 0.6",
+        "substeps = 2\nsettle_s = 0.0": "substeps = 3\nsettle_s = 0.6",
     }
     held_out = {'"tiny"': '"other"', "calibrated-on": "held-out", "readings.csv": "others.csv", "0.08": "0.1"}
     other, trial = (

@@ -62,9 +62,7 @@ def test_the_demo_does_not_overwrite_files_of_the_user(tmp_path):
 @pytest.mark.parametrize(
     ("line", "named"),
     [
-        ("digitise photo.png", "--depth-mm"),
         ("digitise photo.png --depth-mm 16 --ends '12;340' 1,2", "--ends"),
-        ("digitise scan.stl --depth-mm 16", "sealtwin import-mesh scan.stl"),
         ("sweep study.toml --jobs 1.5", "--jobs: jobs = 1.5: should be a whole number"),
     ],
 )

@@ -7,11 +7,13 @@ import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
-from sealtwin.trial.starter_files import QUICK
+from sealtwin.core.record_files import read_trajectory
+from sealtwin.trial.starter_files import SEALANT
+from sealtwin.trial.trial_file import UNMEASURED
 from tests.support.report_stubs import leave_out_pages
 from tests.support.tiny_study import READINGS, tiny_lab
 
-GIVEN = {"--depth-mm": ["8"], "--mm-per-px": ["0,4"], "--ends": ["40,101", "160,98"], "--device": ["cpu"]}
+GIVEN = {"--depth-mm": ["8"], "--mm-per-px": ["0,4"], "--ends": ["40,101", "160,98"]}
 
 
 @pytest.fixture
@@ -24,46 +26,48 @@ def lab(tmp_path, monkeypatch):
 
 def _quick(lab, *more):
     """Run with the options of ``GIVEN``, of which ``more`` may replace one."""
-    given = [word for name, values in GIVEN.items() if name not in more for word in (name, *values)]
-    return CliRunner().invoke(app, ["quick", str(lab / "crack.png"), *given, "--out", str(lab / "out"), *more])
+    given = {name: values for name, values in (GIVEN | {"--device": ["cpu"]}).items() if name not in more}
+    return CliRunner().invoke(app, ["quick", str(lab / "crack.png"), *_words(given), "--out", str(lab / "out"), *more])
 
 
-def test_the_quick_command_writes_a_report_and_lists_the_assumed_settings(lab):
-    """A trial that quick wrote with other ends is overwritten; a trial that the user edited is not."""
+def _words(options):
+    return [word for name, values in options.items() for word in (name, *values)]
+
+
+def test_the_quick_command_writes_a_report_and_names_what_was_assumed(lab):
     assert _quick(lab, "--ends", "5,5", "20,190").exit_code == 3
-    assert (lab / "out" / "trial.toml").is_file()
     answer = _quick(lab, "--caliper", str(lab / "caliper.csv"), "--json")
     assert answer.exit_code == 0, answer.output
-    out = lab / "out"
-    assert {"crack.stl", "trajectory.csv", "particles.csv", "report.json"} <= {
-        file.name for file in (out / "run").iterdir()
-    }
-    result = json.loads(answer.stdout)
+    out, result = lab / "out", json.loads(answer.stdout)
+    assert {"crack.stl", "trajectory.csv", "particles.csv", "report.json"} <= {file.name for file in out.iterdir()}
     assert result["stages"] == ["digitise", "simulate", "validate"]
     assert result["comparison"]["role"] == result["sample"]["data"] == "undeclared"
-    text = (out / "trial.toml").read_text()
-    trial = tomllib.loads(text)
-    assert (trial["photo"]["file"], trial["readings"]["file"]) == ("../crack.png", "../caliper.csv")
-    for name, value in QUICK.items():
-        table, _, key = name.partition(".")
-        assert trial[table][key] == value
-        assert f"{name} = " in answer.stderr
-        assert f"{name} = " in trial["note"]
-    assert "# assumed" not in next(line for line in text.splitlines() if "mm_per_px" in line)
-    again = CliRunner().invoke(app, ["run", str(out / "trial.toml"), "--out", str(out / "run"), "--device", "cpu"])
+    trial = tomllib.loads((out / "trial.toml").read_text())
+    assert trial["photo"]["file"] == "../crack.png"
+    assert {*SEALANT, *UNMEASURED} == {*trial["assumed"]}
+    assert len(result["assumed"]) == len(trial["assumed"]) + 3  # Origins of photo and readings, use of the readings
+    again = CliRunner().invoke(app, ["run", str(out / "trial.toml"), "--device", "cpu"])
     assert "nothing to redo" in again.stderr
-    written = out / "trial.toml"
-    written.write_text(edited := text.replace("viscosity_pa_s = 0.3", "viscosity_pa_s = 0.2"))
-    assert edited != text
+    assert _quick(lab, "--caliper", str(lab / "caliper.csv")).exit_code == 0
+
+
+def test_a_trial_that_the_user_edited_is_run_in_its_folder_and_never_replaced(lab):
+    digitised = CliRunner().invoke(app, ["digitise", str(lab / "crack.png"), *_words(GIVEN), "--out", str(lab / "out")])
+    assert digitised.exit_code == 0, digitised.output
+    written = lab / "out" / "trial.toml"
+    written.write_text(edited := written.read_text().replace("speed_mm_s = 4.0", "speed_mm_s = 8.0  # faster"))
+    assert "faster" in edited
     refused = _quick(lab)
     assert refused.exit_code == 3
-    assert "you wrote or edited this file, so it is not overwritten" in refused.stderr
     assert written.read_text() == edited
+    assert CliRunner().invoke(app, ["digitise", str(written)]).exit_code == 0
+    assert written.read_text() == edited
+    assert read_trajectory(lab / "out").speed_mm_s.max() == 8.0
 
 
 @pytest.mark.parametrize(
     ("more", "named"),
-    [(("--caliper", "none.csv"), "none.csv: no such file"), (("--mm-per-px", "9"), "photo.mm_per_px = 9.0: ")],
+    [(("--caliper", "none.csv"), "none.csv: not found"), (("--mm-per-px", "9"), "photo.mm_per_px = 9.0: ")],
 )
 def test_the_quick_command_with_unusable_input_leaves_no_output_folder(lab, more, named):
     answer = _quick(lab, *more)

@@ -14,6 +14,7 @@ from urllib.request import url2pathname
 import pytest
 
 from sealtwin.core.errors import present
+from sealtwin.trial.starter_files import SEALANT
 from sealtwin.trial.trial_file import load_trial
 from tests.support.paths import FIXTURE
 from tests.support.processes import refusal, sealtwin
@@ -88,12 +89,12 @@ def test_tracing_a_photo_writes_a_trial_beside_the_photo(trial, browser):
     written = photo.with_suffix(".toml")
     saved = json.loads(answer.stdout)
     assert (saved["version"], saved["saved"]) == (1, str(written))
-    assert saved["changed"][:5] == ["ends_px", "face_mm", "markers", "depth_mm", 'data = "undeclared"']
+    assert saved["changed"][:4] == ["ends_px", "face_mm", "markers", "depth_mm"]
     new = load_trial(written)
     assert present(new.photo, "photo").markers == present(load_trial(trial).photo, "photo").markers
     assert present(new.photo, "photo").file.name == "photo.jpg"
     assert new.fluid is not None, "the starter's, so that the next command can run"
-    assert "not measured" in written.read_text()
+    assert {*SEALANT, "crack.tilt"} <= {*new.assumptions}
     assert "sealtwin run" in browser.answers[1][0]["saved"]["next"]
 
 

@@ -59,7 +59,7 @@ def ready(small, tmp_path):
         for name in ("P03", "P04"):
             shutil.copy(file, small / file.name.replace("P02", name))
     edit(small / "P04_Messung.csv", "[mm]", "")
-    edit(small / "lab.toml", "substeps = 2", "substeps = 2\nsettle_s = 0.1")
+    edit(small / "lab.toml", "settle_s = 0.0", "settle_s = 0.1")
     assert sealtwin("ingest", small, "--out", tmp_path / "lab", "--quiet").exit_code == 6
     return tmp_path / "lab"
 

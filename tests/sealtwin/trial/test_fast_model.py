@@ -23,7 +23,7 @@ PASTE = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", 'viscosity_p
 def run(lab: Path, text: str, stages: tuple[StageName, ...] = STAGES) -> FinishedStages:
     trial = lab / "trial.toml"
     trial.write_text(text + "\n[gate]\nmean_error_mm = 9.0\n", encoding="utf-8")
-    return run_trial(load_trial(trial), lab, lab / "out", stages, "cpu", QUIET)
+    return run_trial(load_trial(trial), trial, lab / "out", stages, "cpu", QUIET)
 
 
 def test_the_report_of_a_trial_by_the_fast_model_names_the_model(tmp_path, monkeypatch):
@@ -60,7 +60,7 @@ def test_a_likely_unit_error_is_named_once_in_each_output(tmp_path, monkeypatch)
     (tmp_path / "trial.toml").write_text(PASTE)
     slips = {"crack.depth_mm": 1.6, "path.speed_mm_s": 0.2, "fluid.viscosity_pa_s": 60.0, "solver.model": "slot"}
     trial = load_trial(tmp_path / "trial.toml", slips)
-    result = run_trial(trial, tmp_path, tmp_path / "out", STAGES, "cpu", terminal := Progress()).result
+    result = run_trial(trial, tmp_path / "trial.toml", tmp_path / "out", STAGES, "cpu", terminal := Progress()).result
     answer = *present(result.sample, "sample").warnings, *present(result.fluid, "fluid").warnings
     report = read_json(tmp_path / "out" / "report.json")
     printed = [warning.text for warning in terminal.warned]

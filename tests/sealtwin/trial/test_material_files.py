@@ -52,7 +52,7 @@ def lab_with(folder: Path, fluid: str, varies: str | None = None) -> Path:
 
 
 def run(trial: Path, out: Path) -> tuple[str, ...]:
-    return run_trial(load_trial(trial), trial.parent, out, STAGES, "cpu", QUIET).redone
+    return run_trial(load_trial(trial), trial, out, STAGES, "cpu", QUIET).redone
 
 
 def test_a_run_is_repeated_only_if_the_content_of_its_material_table_changes(tmp_path):
@@ -99,7 +99,7 @@ def test_a_run_uses_values_and_uncertainties_of_a_material_file(tmp_path, monkey
     assert CliRunner().invoke(app, [*line, "--out", str(tmp_path / "material.toml")]).exit_code == 0
     trial, out = lab_with(tmp_path, 'material = "material.toml"\nfreeze_after_s = "never"'), tmp_path / "out"
     trial.write_text(trial.read_text().replace("[solver]", '[solver]\nmodel = "slot"'))
-    run_trial(load_trial(trial), trial.parent, out, (*STAGES, "validate"), "cpu", QUIET)
+    run_trial(load_trial(trial), trial, out, (*STAGES, "validate"), "cpu", QUIET)
     assert "Do not use it for shear rates outside" in (out / "report.html").read_text(encoding="utf-8")
     recorded = load_trial(out / "trial.toml")
     fluid, uncertainty = present(recorded.fluid, "fluid"), recorded.uncertainty

@@ -108,14 +108,15 @@ def test_a_failed_command_leaves_the_run_folder_unchanged(unbroken):
     """Settings of another trial must not be stored beside the results of this trial."""
     trial, run, _ = unbroken
     before, text, other = _files(run), trial.read_text(), trial.with_name("other.toml")
-    for old, new, named in (
-        ('file = "crack.png"', 'file = "none/crack.png"', "none"),
-        ("radius_mm = 0.45", "radius_mm = 0.9", "solver.radius_mm"),
-        ('name = "tiny"', 'name = "another"', "another"),
+    for file, old, new, named in (
+        (trial, 'file = "crack.png"', 'file = "none/crack.png"', "none"),
+        (trial, "radius_mm = 0.45", "radius_mm = 0.9", "solver.radius_mm"),
+        (other, "", "", "other.toml"),
     ):
-        other.write_text(text.replace(old, new))
-        assert named in refusal("run", other, "--out", run, "--device", "cpu", "--quiet")
+        file.write_text(text.replace(old, new))
+        assert named in refusal("run", file, "--out", run, "--device", "cpu", "--quiet")
         assert _files(run) == before
+        trial.write_text(text)
 
 
 def test_an_edited_profile_is_compared_without_a_verdict(copied, no_figures):

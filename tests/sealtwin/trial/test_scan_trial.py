@@ -32,7 +32,7 @@ def lab(tmp_path, monkeypatch):
 
 
 def run(lab, stages=("digitise", "simulate", "validate")):
-    return run_trial(load_trial(lab / "trial.toml"), lab, lab / "out", stages, "cpu", Progress())
+    return run_trial(load_trial(lab / "trial.toml"), lab / "trial.toml", lab / "out", stages, "cpu", Progress())
 
 
 def test_a_trial_with_a_scan_is_compared_with_the_scanned_level(lab, monkeypatch):

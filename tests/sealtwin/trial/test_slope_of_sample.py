@@ -23,7 +23,7 @@ def run(lab: Path, out: Path, table: str = "") -> tuple[str, ...]:
     trial = lab / "trial.toml"
     text = trial.read_text(encoding="utf-8").split("\n[output]")[0]
     trial.write_text(text + "\n[output]\nsnapshots_s = []\n" + table, encoding="utf-8")
-    return run_trial(load_trial(trial), lab, out, ("digitise", "simulate"), "cpu", QUIET).redone
+    return run_trial(load_trial(trial), trial, out, ("digitise", "simulate"), "cpu", QUIET).redone
 
 
 def test_a_changed_slope_repeats_only_the_simulation(tmp_path):

@@ -96,7 +96,7 @@ def test_a_saved_scale_replaces_the_old_scale_of_the_trial(path):
 
 
 LAYOUTS = {
-    "the starter's": TRIAL.replace("{folder}", "x"),
+    "the starter's": TRIAL.replace("{trial}", "x"),
     "markers below": COMMENTED.replace(
         "# What calipers said:",
         "# Printed on 3 May.\n[photo.markers]\nsize_mm = 16.0\nmarkers = ["
@@ -172,7 +172,6 @@ def test_settings_of_the_trace_command_apply_to_a_photo_without_a_trial(tmp_path
     assert opened.session.hints.ends_px == ((40.0, 150.0), (460.0, 140.0))
     assert opened.facts["shape"] == {"depth_mm": 8.0}
     opened.save(opened.session.hints, Shape(depth_mm=8.0))
-    # The table is above the comment that the next table is the starter's.
-    assert "[crack]\ndepth_mm = 8\n" in (tmp_path / "crack.toml").read_text()
     trial = load_trial(tmp_path / "crack.toml")
     assert (trial.seed, present(trial.photo, "photo").face_mm) == (3, (50.0, 30.0))
+    assert present(trial.crack, "crack").depth_mm == 8.0

@@ -11,8 +11,8 @@ import pytest
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Sample
-from sealtwin.trial.starter_files import TRIAL, write_starter
-from sealtwin.trial.trial_file import Trial, drafted, load_trial, trial_text, with_settings
+from sealtwin.trial.starter_files import SEALANT, TRIAL, begin_trial, write_starter
+from sealtwin.trial.trial_file import UNMEASURED, Trial, drafted, load_trial, trial_text, with_settings
 from simulate.material_file import Material
 from simulate.settings import LAWS, Nozzle, Solver
 from simulate.setup.release_schedule import plan_releases
@@ -45,8 +45,9 @@ def _trial(tmp_path, *changes):
         ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
         ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["cannot be combined with face_mm"]),
+        ('"crack.tilt",', '"crack.tillt",', ["assumed: crack.tillt", "crack.tilt"]),
         ("[nozzle]", "[sample]\ncrossfal_deg = 1\n[nozzle]", ["sample.crossfal_deg", "did you mean 'crossfall_deg'"]),
-        ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
+        ('# name = "S31"', 'name = "   " #', ["name = '   '", "not blank"]),
     ],
 )
 def test_the_error_for_a_faulty_trial_file_names_the_key(tmp_path, old, new, named):
@@ -65,7 +66,7 @@ def test_setting_a_flow_law_removes_all_settings_of_other_laws(key):
 
 
 def test_all_faults_of_a_trial_file_are_listed_together(tmp_path):
-    wide = ("mm_per_px = 0.1 ", "face_mm = [160.0, 40.0] #"), ("diameter_mm = 2.4", "diameter_mm = 41.0")
+    wide = ("mm_per_px = 0.1 ", "face_mm = [160.0, 40.0] #"), ('diameter_mm = "auto"', "diameter_mm = 41.0")
     with pytest.raises(InputError, match=r"nozzle\.diameter_mm.*41"):
         load_trial(_trial(tmp_path, *wide))
     with pytest.raises(InputError) as fault:
@@ -85,11 +86,42 @@ def test_a_valid_starter_trial_is_written_but_overwrites_no_file(tmp_path):
     trial_file, sheet = write_starter(tmp_path / "new")
     trial = load_trial(trial_file)
     crack, fluid = present(trial.crack, "crack"), trial.given_fluid
-    assert (crack.depth_mm, crack.tilt, trial.solver.radius_mm) == (16.0, "vertical", "auto")
-    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 5.0, None)
+    assert (crack.depth_mm, crack.tilt, trial.solver.radius_mm) == (16.0, "lean", "auto")
+    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 3.0, None)
     assert sheet.name in trial_file.read_text()
     with pytest.raises(InputError, match="not overwritten"):
         write_starter(tmp_path / "new")
+
+
+def test_the_starter_prints_the_defaults_and_names_all_that_is_assumed(tmp_path):
+    """The lines of the file are the defaults of the fields, so a trial without them is the same trial."""
+    trial_file, _ = write_starter(tmp_path / "S31")
+    trial = load_trial(trial_file)
+    for table in ("crack", "path", "solver", "nozzle", "output"):
+        home = getattr(trial, table)
+        given = {"depth_mm": home.depth_mm} if table == "crack" else {}
+        assert type(home)(**given) == home, table
+    assert trial.name == "S31"
+    begun = begin_trial(tmp_path / "crack.png", {"crack.depth_mm": 16.0, "photo.mm_per_px": 0.1})
+    assert begun.assumptions == {**trial.assumptions, "photo.data": "undeclared"}
+    assert {*begun.assumptions} == {*SEALANT, *UNMEASURED, "photo.data"}
+
+
+@pytest.mark.parametrize(
+    ("settings", "left_out"),
+    [
+        ({"crack.tilt": "vertical"}, {"crack.tilt", "crack.wall_angle_deg"}),
+        ({"path.volume_ml": 2.0, "fluid.U": 30.0}, {"path.fill", "fluid.viscosity_pa_s"}),
+        ({"fluid.material": "m.toml"}, {"fluid.viscosity_pa_s", "fluid.yield_stress_pa"}),
+        ({"path.plan": "plan.csv"}, {"path.fill", "path.trim_mm", "path.speed_mm_s"}),
+    ],
+)
+def test_what_is_given_or_excluded_is_not_assumed(tmp_path, settings, left_out):
+    given = {"crack.depth_mm": 16.0, "photo.mm_per_px": 0.1, "photo.data": "measured"}
+    trial = begin_trial(tmp_path / "crack.png", given | settings)
+    assert {*trial.assumptions} == {*SEALANT, *UNMEASURED} - left_out
+    changed = trial.changed({"nozzle.diameter_mm": 2.0}, tmp_path)
+    assert {*changed.assumptions} == {*trial.assumptions} - {"nozzle.diameter_mm"}
 
 
 def test_the_filled_starter_sheet_is_read_without_doubts(tmp_path):
@@ -109,7 +141,7 @@ def test_the_filled_starter_sheet_is_read_without_doubts(tmp_path):
 def test_a_resolved_trial_is_unchanged_after_writing_and_reading(tmp_path):
     trial = load_trial(FIXTURE / "trial.toml")
     path = tmp_path / "resolved.toml"
-    path.write_text(trial_text(trial), encoding="utf-8")
+    path.write_text(trial_text(trial.content), encoding="utf-8")
     assert load_trial(path) == trial
     assert "\ndepth_mm = 16.0\n" in path.read_text(encoding="utf-8")
 
@@ -154,7 +186,7 @@ def test_commented_lines_of_the_starter_are_valid_settings(tmp_path, uncommented
     ("tables", "named"),
     [
         ('[mesh]\nfile = "a.stl"\ndata = "measured"\nunits = "mm"\n[crack]\ndepth_mm = 16\n', "cannot be combined"),
-        ("", "[photo] or [mesh] is missing"),
+        ("", "[photo], [mesh], [drawing]"),
         ('[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\n', "[crack] is missing"),
     ],
 )
@@ -170,7 +202,7 @@ def test_a_trial_needs_either_a_mesh_or_a_photo_with_a_crack(tmp_path, tables, n
     [("A <b>crack</b> $x$", "A--b-crack--b---x"), ("../..", "trial"), ("\U0001d49c" * 80, "\U0001d49c" * 30)],
 )
 def test_a_trial_name_becomes_a_safe_folder_name(tmp_path, name, folder):
-    trial = load_trial(_trial(tmp_path, ('name = "my-trial"', f'name = "{name}"')))
+    trial = load_trial(_trial(tmp_path, ('# name = "S31"', f'name = "{name}" #')))
     assert trial.name == name
     assert trial.folder_name == folder
 
@@ -198,7 +230,7 @@ def test_a_draft_has_the_viscosity_and_the_drag_of_the_trial(fluid):
     flows = []
     for each in (trial, draft):
         radius_mm = each.solver.size_mm
-        frame_s = plan_releases(sample.trajectory, radius_mm, each.nozzle.diameter_mm, each.seed).frame_s
+        frame_s = plan_releases(sample.trajectory, radius_mm, each.nozzle.over(3.1).size_mm, each.seed).frame_s
         weights = rheology_of(each.given_fluid, 0.4 * radius_mm, frame_s)
         flows.append((weights.viscosity_pa_s, weights.yield_cm2_s2, weights.wall_weight_cm / frame_s))
     assert flows[0] == pytest.approx(flows[1], rel=1e-6)
@@ -206,7 +238,8 @@ def test_a_draft_has_the_viscosity_and_the_drag_of_the_trial(fluid):
     run = injected(crack, sample.trajectory, trial.given_fluid, preset="draft", radius_mm=0.4)
     assert run.pour.solver == draft.solver
     assert run.pastes[0].viscosity_pa_s == pytest.approx(flows[0][0])
-    assert draft.model_dump(exclude={"fluid", "solver"}) == trial.model_dump(exclude={"fluid", "solver"})
+    others = {"fluid", "solver", "nozzle"}
+    assert draft.model_dump(exclude=others) == trial.model_dump(exclude=others)
 
 
 @pytest.mark.parametrize(("radius_mm", "width_mm", "draft_mm"), [(0.7, 3.1, 0.7), (0.4, 9.0, 1.2)])
@@ -225,4 +258,4 @@ def test_a_calibrated_material_is_refused_at_another_particle_radius():
     fluid = trial.given_fluid.model_copy(update={"material": material})
     assert drafted(trial.model_copy(update={"fluid": fluid}), poured()).solver.size_mm == 0.5
     with pytest.raises(InputError, match=r"solver.radius_mm is 0.4.*calibrated at 0.5"):
-        check_fit(poured().outline, poured().solid, fluid, Solver(radius_mm=0.4), Nozzle(), trial.sample)
+        check_fit(poured().outline, poured().solid, fluid, Solver(radius_mm=0.4), Nozzle(diameter_mm=2.4), trial.sample)

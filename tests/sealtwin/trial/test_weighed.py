@@ -35,7 +35,7 @@ def lab_with(folder: Path, fill: str = FILL, crack: str = 'fill = "fill.csv"', m
 
 
 def run(trial: Path, out: Path, *stages) -> tuple[str, ...]:
-    return run_trial(load_trial(trial), trial.parent, out, stages or ("digitise",), "cpu", QUIET).redone
+    return run_trial(load_trial(trial), trial, out, stages or ("digitise",), "cpu", QUIET).redone
 
 
 def test_a_weighed_fill_determines_depth_and_wall_angle_of_the_solid(tmp_path):

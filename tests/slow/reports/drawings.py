@@ -73,7 +73,7 @@ def dxf_reversed_ellipse(drawing: Any, space: Any) -> None:
     space.add_ellipse((30, 10), (20, 0, 0), 0.5, 0, np.pi / 2, dxfattribs=below)
 
 
-@report("ixmilia/dxf/issues/107", f"import-dxf a.dxf --line Repère {LINE}", SIXTY)
+@report("ixmilia/dxf/issues/107", f"digitise a.dxf --line Repère {LINE}", SIXTY)
 def dxf_codepage(folder: Path) -> None:
     """Accents of layer names in ANSI_1252 become question marks. The file is an R2000 in cp1252."""
     drawing, space = new_drawing("R2000", "cp1252")

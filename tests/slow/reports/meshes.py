@@ -39,7 +39,7 @@ def ply_cut_short(folder: Path) -> None:
 
 @report(
     "Genesis-Embodied-AI/genesis-world/pull/2237",
-    f"import-mesh block.glb --units m {TO}",
+    f"digitise block.glb --units m {TO}",
     SLOT,
     refused("block.glb", "mesh.up|y-up|axis"),
 )
