@@ -17,6 +17,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+import tomlkit
+
 import sealtwin as st
 from benchmarks.table import Row, one_of, run_benchmark
 from digitise.trace_page.session import Shape
@@ -24,7 +26,6 @@ from fixtures.generate.sound_trials import SOUND, Given, filled, given, lab_fold
 from sealtwin.api.samples import HINTS, SCALE
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_bytes
-from sealtwin.trial.starter_files import toml_value
 from sealtwin.trial.trace_sheets import sheet_of
 from sealtwin.trial.trial_file import with_settings
 from tests.support.processes import sealtwin
@@ -59,7 +60,7 @@ Door = Callable[[Given, Path], Reaction]
 
 
 def quick(one: Given, folder: Path) -> Reaction:
-    return commanded("quick", one.shown, *options(one, folder), out=folder / "quick", page=folder / "quick/run")
+    return commanded("quick", one.shown, *options(one, folder), out=folder / "quick")
 
 
 def run(one: Given, folder: Path) -> Reaction:
@@ -69,15 +70,11 @@ def run(one: Given, folder: Path) -> Reaction:
     # Whoever has another scale, paste, path or a mesh writes that table anew.
     rest = {key: value for key, value in tomllib.loads(file.read_text()).items() if key not in WRITTEN_ANEW}
     write_toml(file, one.settings | {f"{one.kind}.file": one.shown}, rest)
-    return commanded("run", file, out=folder / "run", page=folder / "run")
+    return commanded("run", file, out=folder / "run")
 
 
 def digitise(one: Given, folder: Path) -> Reaction:
-    return commanded("digitise", one.shown, *options(one, folder, "photo", "crack", "path"), out=folder / "sample")
-
-
-def import_mesh(one: Given, folder: Path) -> Reaction:
-    return commanded("import-mesh", one.shown, *options(one, folder, "mesh", "path"), out=folder / "sample")
+    return commanded("digitise", one.shown, *options(one, folder, one.kind, "crack", "path"), out=folder / "sample")
 
 
 def trace(one: Given, _: Path) -> Reaction:
@@ -130,18 +127,17 @@ def python(one: Given, _: Path) -> Reaction:
 
 
 OF_A_PHOTO: tuple[Door, ...] = (quick, run, digitise, trace, ingest, python)
-OF_A_MESH: tuple[Door, ...] = (run, import_mesh, python)
-DOORS = (*OF_A_PHOTO, import_mesh)
+OF_A_MESH: tuple[Door, ...] = (run, digitise, python)
 TODAY = {
     "quick": (60, 5, 9),
-    "run": (73, 6, 8),
-    "digitise": (7, 6, 8),
-    "trace": (8, 6, 2),
+    "run": (66, 6, 8),
+    "digitise": (9, 6, 8),
+    "trace": (5, 6, 2),
     "ingest": (7, 16, 9),
     "python": (10, 6, 8),
-    "import_mesh": (2, 0, 0),
 }
-"""Cautions, questions and refusals of each door at 84e39147: together 167, 45 and 44."""
+"""Cautions, questions and refusals of each door at 84e39147: all 167, 45, 44. import-mesh counts as digitise."""
+LATER = ("rheometer", "weighed", "slope", "wide")  # A door refused them then, so their cautions are not judged
 
 
 def options(one: Given, folder: Path, *tables: str) -> Iterator[object]:
@@ -152,16 +148,18 @@ def options(one: Given, folder: Path, *tables: str) -> Iterator[object]:
         elif key in EVERYDAY:
             yield from (EVERYDAY[key], value)
         else:
-            yield from ("--set", f"{key}={toml_value(f'{value}' if isinstance(value, Path) else value)}")
+            inline = tomlkit.inline_table()
+            inline[key.rpartition(".")[2]] = f"{value}" if isinstance(value, Path) else value
+            yield from ("--set", f"{key}={inline.as_string()[1:-1].partition(' = ')[2]}")
 
 
-def commanded(*arguments: object, out: Path, page: Path = Path("none")) -> Reaction:
-    """Call a command, and return what it says. ``page`` is the folder of its page."""
+def commanded(*arguments: object, out: Path) -> Reaction:
+    """Call a command, and return what it says, its page included."""
     answer = sealtwin(*arguments, "--out", out, "--json")
     content = json.loads(answer.stdout or "{}")
     if "error" in content or not content:
         return refusal((content.get("error") or repr(answer.exception)).splitlines())
-    report = page / "report.json"
+    report = out / "report.json"
     shown = json.loads(report.read_text(encoding="utf-8")) if report.is_file() else {}
     facts = {fact["text"]: fact for fact in (*facts_in(content), *facts_in(shown))}
     cautions = {
@@ -224,7 +222,7 @@ def through(door: Door, one: Given, home: Path) -> Reaction:
 
 def main(only: Annotated[list[str] | None, one_of(NAMES)] = None) -> list[Row]:
     reactions = reactions_of(only or NAMES)
-    doors = [door.__name__ for door in DOORS]
+    doors = [door.__name__ for door in OF_A_PHOTO]
     print("Cautions / questions / refusals")
     print(f"{'trial':<10}" + "".join(f"{door:>12}" for door in doors))
     for name in dict.fromkeys(name for name, _ in reactions):
@@ -237,7 +235,8 @@ def main(only: Annotated[list[str] | None, one_of(NAMES)] = None) -> list[Row]:
         for key in sorted({key for key, _ in words}, key=lambda key: -sum(words[key, door] for door in doors)):
             print(f"  {key}: {', '.join(f'{door} {words[key, door]}' for door in doors if words[key, door])}")
         for door, most in TODAY.items():
-            count = sum(cell.counts[position] for (_, by), cell in reactions.items() if by == door)
+            judged = [cell for (name, by), cell in reactions.items() if by == door and (position or name not in LATER)]
+            count = sum(cell.counts[position] for cell in judged)
             rows.append(Row(f"{door}: {kind}", count, "", 0, most[position]))
     return rows
 
