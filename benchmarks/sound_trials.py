@@ -32,7 +32,7 @@ from tests.support.processes import sealtwin
 
 LAB, ACCEPTED = "lab", (0, 5)
 NAMES = (*SOUND, LAB)
-NOTE = re.compile(r"^(?:note|warning|fault): (?!Assumed, )(.+)", re.MULTILINE)  # What was assumed is counted nowhere
+NOTE = re.compile(r"^(?:note|warning|fault): (?!Assumed)(.+)", re.MULTILINE)  # What was assumed is counted nowhere
 EVERYDAY = {"readings.file": "--caliper", "mesh.units": "--units"}  # Settings with an option of their own that is used
 WRITTEN_ANEW = ("photo", "crack", "path", "fluid")
 ASKS = re.compile(r"\?|Give readings\.")
@@ -130,14 +130,14 @@ OF_A_PHOTO: tuple[Door, ...] = (quick, run, digitise, trace, ingest, python)
 OF_A_MESH: tuple[Door, ...] = (run, digitise, python)
 TODAY = {
     "quick": (60, 5, 9),
-    "run": (66, 6, 8),
-    "digitise": (9, 6, 8),
-    "trace": (5, 6, 2),
-    "ingest": (7, 16, 9),
-    "python": (10, 6, 8),
+    "run": (66, 5, 8),
+    "digitise": (9, 5, 8),
+    "trace": (5, 5, 2),
+    "ingest": (7, 13, 9),
+    "python": (10, 5, 8),
 }
 """Cautions, questions and refusals of each door at 84e39147: all 167, 45, 44. import-mesh counts as digitise."""
-LATER = ("rheometer", "weighed", "slope", "wide")  # A door refused them then, so their cautions are not judged
+LATER = ("rheometer", "weighed", "slope", "wide")  # A door refused them then: of these, only refusals are judged
 
 
 def options(one: Given, folder: Path, *tables: str) -> Iterator[object]:
@@ -169,7 +169,7 @@ def commanded(*arguments: object, out: Path) -> Reaction:
     # The samples and the traced photos of a lab.
     remarks = [text for sample in content.get("samples", ()) for text in sample["remarks"]]
     remarks += [text for row in content.get("traced", ()) for text in row["warnings"]]
-    cautions |= {text: first_words(text) for text in remarks if not text.startswith("Assumed, ")}
+    cautions |= {text: first_words(text) for text in remarks if not text.startswith("Assumed")}
     asked = [text for sample in content.get("samples", ()) for text in sample["faults"]]
     return Reaction(cautions, asked, [f"exit code {answer.exit_code}"] * (answer.exit_code not in ACCEPTED))
 
@@ -234,9 +234,9 @@ def main(only: Annotated[list[str] | None, one_of(NAMES)] = None) -> list[Row]:
         print(f"{kind}: {words.total()}")
         for key in sorted({key for key, _ in words}, key=lambda key: -sum(words[key, door] for door in doors)):
             print(f"  {key}: {', '.join(f'{door} {words[key, door]}' for door in doors if words[key, door])}")
+        judged = {pair: cell for pair, cell in reactions.items() if kind == "refusals" or pair[0] not in LATER}
         for door, most in TODAY.items():
-            judged = [cell for (name, by), cell in reactions.items() if by == door and (position or name not in LATER)]
-            count = sum(cell.counts[position] for cell in judged)
+            count = sum(cell.counts[position] for (_, by), cell in judged.items() if by == door)
             rows.append(Row(f"{door}: {kind}", count, "", 0, most[position]))
     return rows
 
