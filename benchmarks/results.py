@@ -38,6 +38,7 @@ COMMANDS = {
     "tracing": "-m benchmarks.tracing",
     "solids": "-m benchmarks.solids",
     "ingest": "-m benchmarks.ingest",
+    "sound_trials": "-m benchmarks.sound_trials",
     "fuzz": "-m benchmarks.fuzz",
     "speed_bars": "-m benchmarks.speed_bars",
     "slot": "-m benchmarks.slot_cases && -m benchmarks.slot",

@@ -2,11 +2,16 @@
 Plan the pour
 =============
 
-Flow and speed along a crack are planned so that it is full and nothing overspills.
+Flow and speed along a crack are planned so that it is full and nothing overspills. The crack is real; its scale, depth
+and sealant are invented.
+
+Photo: detail of "Concrete Crack Segmentation Dataset" by Çağlar Fırat Özgenel (2019),
+https://doi.org/10.17632/jwsn7tfbrp.1, `CC BY 4.0 <https://creativecommons.org/licenses/by/4.0/>`_; cropped, and enlarged
+three times from a reduced preview.
 """
 
 # %%
-# A trial with a paste that the fast model knows. Coarse particles and 25 mm of the crack keep this page short.
+# A trial with a paste that the fast model knows. Coarse particles and a third of the crack keep this page short.
 import tempfile
 import tomllib
 from pathlib import Path
@@ -16,12 +21,11 @@ import tomlkit
 
 import sealtwin as st
 
-FIXTURE = Path(__file__).resolve().parents[1] / "fixtures" / "paper-trial"
+FIXTURE = Path(__file__).resolve().parents[1] / "fixtures" / "real-crack"
 given = tomllib.loads((FIXTURE / "trial.toml").read_text(encoding="utf-8"))
-trial = {name: given[name] for name in ("name", "crack", "nozzle")}
-trial["photo"] = given["photo"] | {"file": str(FIXTURE / "photo.jpg"), "ends_px": [[881.2, 541.1], [1093.6, 413.4]]}
+trial = {name: given[name] for name in ("name", "crack", "nozzle", "fluid")}
+trial["photo"] = given["photo"] | {"file": str(FIXTURE / "photo.jpg"), "ends_px": [[150.0, 178.0], [245.0, 156.0]]}
 trial["path"] = {"volume_ml": "cavity", "speed_mm_s": 10.0, "trim_mm": 2.0}
-trial["fluid"] = {"viscosity_pa_s": 1.0, "yield_stress_pa": 5.0, "freeze_after_s": "never"}
 trial["solver"] = {"radius_mm": 0.7, "settle_s": 0.5}
 place = tempfile.TemporaryDirectory()
 folder = Path(place.name)

@@ -3,7 +3,11 @@ Two fluids side by side
 =======================
 
 The same crack and the same path, once with a fluid that levels out and once with a paste that stands by its yield
-stress.
+stress. The crack is real; its scale and its depth are invented.
+
+Photo: detail of "Concrete Crack Segmentation Dataset" by Çağlar Fırat Özgenel (2019),
+https://doi.org/10.17632/jwsn7tfbrp.1, `CC BY 4.0 <https://creativecommons.org/licenses/by/4.0/>`_; cropped, and enlarged
+three times from a reduced preview.
 """
 
 # %%
@@ -15,9 +19,9 @@ import numpy as np
 
 import sealtwin as st
 
-FIXTURE = Path(__file__).resolve().parents[1] / "fixtures" / "paper-trial"
-photo = st.read_photo(FIXTURE / "photo.jpg", mm_per_px=0.1, data="synthetic")
-crack = st.trace_crack(photo, ends_px=[(719, 658), (1403, 259)])
+FIXTURE = Path(__file__).resolve().parents[1] / "fixtures" / "real-crack"
+photo = st.read_photo(FIXTURE / "photo.jpg", mm_per_px=0.25, scale_is="assumed", data="measured")
+crack = st.trace_crack(photo, ends_px=[(10, 163), (359, 133)])
 solid = st.build_solid(crack, depth_mm=8, tilt="vertical")
 path = st.plan_path(solid, speed_mm_s=20, fill=0.7)
 

@@ -74,7 +74,7 @@ def test_the_wheel_contains_all_files_of_the_packages_and_no_other_files(built):
     demo = {name for name in names if name.startswith("sealtwin/demo/")}
     information = {name for name in names if name.split("/")[0].endswith(".dist-info")}
     assert names - demo - information == ours
-    assert {Path(name).name for name in demo} == set(DEMO)
+    assert demo == {f"sealtwin/demo/{folder}/{file}" for folder, files in DEMO.items() for file in files}
 
 
 def test_the_source_archive_contains_the_files_for_tests_and_reproduction(built):
@@ -97,7 +97,8 @@ def test_the_installed_command_digitises_a_photo_and_runs_the_demo(installed, tm
     options = ["--depth-mm", "16", "--mm-per-px", "0.1", "--ends", "780,600", "1340,300", "--out", tmp_path / "crack"]
     _run(command, "digitise", FIXTURE / "photo.jpg", *options)
     assert (tmp_path / "crack" / "crack.stl").stat().st_size > 10_000
-    place = "from sealtwin.trial.starter_files import shipped_trial, DEMO; folder = shipped_trial(); print(folder)"
-    shipped = Path(_run(installed, "-c", f"{place}; assert all((folder / name).is_file() for name in DEMO)")[0].strip())
+    place = "from sealtwin.trial.starter_files import shipped_trial, DEMO; print(*map(shipped_trial, DEMO), sep='\\n')"
+    shipped, real = (Path(line) for line in _run(installed, "-c", place)[0].splitlines())
     assert shipped.is_relative_to(installed.parents[1])
     assert (shipped / "photo.jpg").read_bytes() == (FIXTURE / "photo.jpg").read_bytes()
+    assert "CC BY 4.0" in (real / "LICENCE.txt").read_text("utf-8")

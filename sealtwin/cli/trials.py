@@ -112,14 +112,26 @@ def quick(
 def demo(
     command: Command,
     out: Annotated[File, option("Folder for trial/ and run/. Default: reports/demo.", "DIR")] = None,
+    real: Annotated[
+        bool,
+        flag(
+            "--real",
+            "Run the fast model for a photo of a real crack instead. The scale of the photo, the depth, the walls and "
+            "the sealant are invented.",
+        ),
+    ] = False,
 ) -> None:
     """Run the reconstruction of the paper's trial: copy its photo, readings and trial, and run all stages."""
-    from sealtwin.trial.starter_files import place_paper_trial
+    from sealtwin.trial.starter_files import PAPER, REAL, place_trial
 
-    folder = out or Path("reports", "demo")
-    place_paper_trial(folder / "trial")
-    command.say(f"Trial file: {folder / 'trial' / 'trial.toml'}")
-    run_file(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
+    folder = out or Path("reports", REAL if real else "demo")
+    trial = folder / "trial" / "trial.toml"
+    place_trial(trial.parent, REAL if real else PAPER)
+    command.say(f"Trial file: {trial}")
+    run_file(command, trial, folder / "run", ALL_STAGES)
+    if real:
+        draft = f"--set solver.model=particles --preset draft --out {folder / 'draft'}"
+        command.say(f"With particles, in minutes: sealtwin run {trial} {draft}")
 
 
 @answers(*FLUID, options=FLUID_RUN, device=True)

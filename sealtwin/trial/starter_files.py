@@ -24,8 +24,15 @@ STUDY = TEMPLATES.joinpath("study.toml").read_text(encoding="utf-8")
 SHEET = "caliper.xlsx"
 HEADER = ("Distance along crack [mm]", *(f"Depth below face {repeat} [mm]" for repeat in (1, 2, 3)))
 """Header of the empty sheet of readings, with three repeats at each station."""
-DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
-"""Files of the reconstruction of the paper's trial. They are fixtures of the tests, and also part of the wheel."""
+PAPER, REAL = "paper-trial", "real-crack"
+DEMO = {
+    PAPER: ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml"),
+    REAL: ("photo.jpg", "LICENCE.txt", "trial.toml"),
+}
+"""Files of the reconstruction of the paper's trial, and of a photo of a real crack whose lengths are invented.
+
+They are fixtures of the tests, and also part of the wheel.
+"""
 NOBODY = "undeclared"  # Origin of a file, and use of readings, that nobody has declared
 SEALANT = {f"fluid.{key}": value for key, value in tomllib.loads(TRIAL)["fluid"].items()}
 """Sealant of a trial for which none is given, by dotted name."""
@@ -124,22 +131,22 @@ def _write_new(contents: Mapping[Path, str | bytes], other: str) -> list[Path]:
     return list(contents)
 
 
-def place_paper_trial(folder: Path) -> None:
-    """Copy the reconstruction of the paper's trial to a new or existing folder.
+def place_trial(folder: Path, name: str) -> None:
+    """Copy a trial of ``DEMO`` to a new or existing folder.
 
     Raises InputError if the folder contains files with the same names and different content, which are not overwritten.
     """
     require_folder(folder)
-    write_unless_other({folder / name: (shipped_trial() / name).read_bytes() for name in DEMO})
+    write_unless_other({folder / file: (shipped_trial(name) / file).read_bytes() for file in DEMO[name]})
 
 
-def shipped_trial() -> Path:
-    """Return the folder of the reconstructed trial. Raises InputError if a file is missing in this installation.
+def shipped_trial(name: str) -> Path:
+    """Return the folder of a trial of ``DEMO``. Raises InputError if a file is missing in this installation.
 
     The folder is in the installed package or in a checkout.
     """
     package = Path(str(resources("sealtwin")))
-    for folder in (package / "demo", package.parent / "fixtures/paper-trial"):
-        if all((folder / name).is_file() for name in DEMO):
+    for folder in (package / "demo" / name, package.parent / "fixtures" / name):
+        if all((folder / file).is_file() for file in DEMO[name]):
             return folder
-    raise InputError(f"{package / 'demo'}: the files of the demo are missing. Install sealtwin again.")
+    raise InputError(f"{package / 'demo' / name}: the files of the demo are missing. Install sealtwin again.")

@@ -100,3 +100,11 @@ def test_cautions_include_edited_files_escaped_particles_and_contradicted_fills(
     assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
     (fact,), outcome = headline(replace(leaking, readings=None, comparison=None))
     assert (fact.key, fact.value, fact.level, outcome) == ("verdict.leak", 11, "fault", "failed")
+
+
+def test_readings_of_a_crack_of_assumed_scale_are_no_validation(evidence):
+    """A measured photo whose scale is invented has no measured length. Without readings nothing is compared."""
+    of_scale = replace(evidence.outline, warnings=(doubt("scale.assumed", "the scale is assumed"),))
+    assumed = replace(evidence, outline=of_scale)
+    assert cautions(assumed)[0].text.startswith("Not a validation: the scale is assumed.")
+    assert cautions(replace(assumed, comparison=None)) == ()

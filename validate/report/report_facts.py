@@ -103,6 +103,8 @@ def not_measured(evidence: Evidence) -> list[str]:
     clauses = [sentence("not_measured", thing=thing, data=data) for thing, data in things.items()]
     if evidence.comparison is not None and evidence.comparison.role == "undeclared":
         clauses.append(sentence("role_not_declared"))
+    if evidence.comparison is not None and of_keys(evidence.outline.warnings, "scale.assumed"):
+        clauses.append(sentence("not_measured", thing="the scale is", data="assumed"))
     return [clause for clause in clauses if clause]
 
 
