@@ -43,6 +43,7 @@ benchmark-simulate: $(DEVELOPING)
 benchmark-validate: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.ingest
 	$(BIN)/python -m benchmarks.sound_trials
+	$(BIN)/python -m benchmarks.first_fills
 	$(BIN)/python -m benchmarks.fuzz
 	$(BIN)/python -m benchmarks.scans
 	$(BIN)/python -m benchmarks.stated_intervals

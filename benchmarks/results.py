@@ -39,6 +39,7 @@ COMMANDS = {
     "solids": "-m benchmarks.solids",
     "ingest": "-m benchmarks.ingest",
     "sound_trials": "-m benchmarks.sound_trials",
+    "first_fills": "-m benchmarks.first_fills",
     "fuzz": "-m benchmarks.fuzz",
     "speed_bars": "-m benchmarks.speed_bars",
     "slot": "-m benchmarks.slot_cases && -m benchmarks.slot",

@@ -23,7 +23,7 @@ import sealtwin as st
 from benchmarks.table import Row, one_of, run_benchmark
 from digitise.trace_page.session import Shape
 from fixtures.generate.sound_trials import SOUND, Given, filled, given, lab_folder, write_toml
-from sealtwin.api.samples import HINTS, SCALE
+from sealtwin.api.samples import HintKeywords, ScaleKeywords
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_bytes
 from sealtwin.trial.trace_sheets import sheet_of
@@ -109,16 +109,24 @@ def python(one: Given, _: Path) -> Reaction:
         warnings.simplefilter("always")
         try:
             if one.kind == "mesh":
-                crack, solid = st.import_mesh(one.shown, **tables["mesh"])
+                solid = st.import_mesh(one.shown, **tables["mesh"])
+                crack = solid.crack
             else:
-                seen = st.read_photo(one.shown, **{key: photo[key] for key in SCALE if key in photo})
-                crack, solid = st.trace_crack(seen, **{key: photo[key] for key in HINTS if key in photo}), None
+                seen = st.read_photo(
+                    one.shown, **{key: photo[key] for key in (*ScaleKeywords.__annotations__, "data") if key in photo}
+                )
+                crack, solid = (
+                    st.trace_crack(
+                        seen, **{key: photo[key] for key in ("ends_px", *HintKeywords.__annotations__) if key in photo}
+                    ),
+                    None,
+                )
                 records.append(seen)
             records.append(crack)
-            solid, path, level = filled(crack, one.settings, solid)
-            records += [solid, path, level]
-            taken = st.read_readings(sheet, crack, solid, **readings)
-            st.compare(level, taken, crack, solid, uncertainty=tables.get("uncertainty"))
+            filling = filled(crack, one.settings, solid)
+            records += [filling.path.solid, filling.path, filling]
+            taken = st.read_readings(sheet, filling.path.solid, **readings)
+            st.compare(filling, taken, uncertainty=tables.get("uncertainty"))
         except InputError as fault:
             refused = f"{fault}".splitlines()
     texts = [str(warning.message) for warning in caught]
