@@ -6,8 +6,8 @@ Flow and speed along a crack are planned so that it is full and nothing overspil
 and sealant are invented.
 
 Photo: detail of "Concrete Crack Segmentation Dataset" by Çağlar Fırat Özgenel (2019),
-https://doi.org/10.17632/jwsn7tfbrp.1, `CC BY 4.0 <https://creativecommons.org/licenses/by/4.0/>`_; cropped, and enlarged
-three times from a reduced preview.
+https://doi.org/10.17632/jwsn7tfbrp.1, `CC BY 4.0 <https://creativecommons.org/licenses/by/4.0/>`_; cropped, and
+enlarged three times from a reduced preview.
 """
 
 # %%

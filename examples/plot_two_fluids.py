@@ -6,8 +6,8 @@ The same crack and the same path, once with a fluid that levels out and once wit
 stress. The crack is real; its scale and its depth are invented.
 
 Photo: detail of "Concrete Crack Segmentation Dataset" by Çağlar Fırat Özgenel (2019),
-https://doi.org/10.17632/jwsn7tfbrp.1, `CC BY 4.0 <https://creativecommons.org/licenses/by/4.0/>`_; cropped, and enlarged
-three times from a reduced preview.
+https://doi.org/10.17632/jwsn7tfbrp.1, `CC BY 4.0 <https://creativecommons.org/licenses/by/4.0/>`_; cropped, and
+enlarged three times from a reduced preview.
 """
 
 # %%
@@ -28,10 +28,10 @@ path = st.plan_path(crack, solid, speed_mm_s=20, fill=0.7)
 # %%
 # Viscosities in Pa s, stresses in Pa.
 fluids = {
-    "grout without a yield stress": st.Fluid(viscosity_pa_s=0.5),
-    "paste, yield stress 40 Pa": st.Fluid(viscosity_pa_s=0.5, yield_stress_pa=40),
+    "grout without a yield stress": st.Fluid(viscosity_pa_s=0.1),
+    "paste, yield stress 4 Pa": st.Fluid(viscosity_pa_s=0.5, yield_stress_pa=4),
 }
-solver = st.Solver(radius_mm=0.75, settle_s=0.5)
+solver = st.Solver(radius_mm=0.5, settle_s=4.0)
 levels = {}
 for name, fluid in fluids.items():
     run = st.inject(crack, solid, path, fluid, solver=solver, device="cpu")
