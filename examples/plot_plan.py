@@ -23,9 +23,10 @@ import sealtwin as st
 
 FIXTURE = Path(__file__).resolve().parents[1] / "fixtures" / "real-crack"
 given = tomllib.loads((FIXTURE / "trial.toml").read_text(encoding="utf-8"))
-trial = {name: given[name] for name in ("name", "crack", "nozzle", "fluid")}
+trial = {name: given[name] for name in ("name", "crack", "nozzle")}
 trial["photo"] = given["photo"] | {"file": str(FIXTURE / "photo.jpg"), "ends_px": [[150.0, 178.0], [245.0, 156.0]]}
 trial["path"] = {"volume_ml": "cavity", "speed_mm_s": 10.0, "trim_mm": 2.0}
+trial["fluid"] = {"viscosity_pa_s": 1.0, "yield_stress_pa": 5.0, "freeze_after_s": "never"}
 trial["solver"] = {"radius_mm": 0.7, "settle_s": 0.5}
 place = tempfile.TemporaryDirectory()
 folder = Path(place.name)

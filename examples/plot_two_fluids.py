@@ -28,10 +28,10 @@ path = st.plan_path(solid, speed_mm_s=20, fill=0.7)
 # %%
 # Viscosities in Pa s, stresses in Pa.
 fluids = {
-    "grout without a yield stress": st.Fluid(viscosity_pa_s=0.5),
-    "paste, yield stress 40 Pa": st.Fluid(viscosity_pa_s=0.5, yield_stress_pa=40),
+    "grout without a yield stress": st.Fluid(viscosity_pa_s=0.1),
+    "paste, yield stress 4 Pa": st.Fluid(viscosity_pa_s=0.5, yield_stress_pa=4),
 }
-solver = st.Solver(radius_mm=0.75, settle_s=0.5)
+solver = st.Solver(radius_mm=0.5, settle_s=4.0)
 levels = {}
 for name, fluid in fluids.items():
     levels[name] = st.inject(path, fluid, solver=solver, device="cpu").level
