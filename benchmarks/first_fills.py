@@ -37,12 +37,12 @@ def first_fill(number: int, *, particles: bool) -> tuple[float, int, list[str]]:
         draft = st.Solver(preset="draft")
         run = st.inject(path, paste, solver=draft, progress=False) if particles else st.fill_fast(path, paste)
     level_mm, unfit = float(run.level.level_mm.max()), 0 if run.fast_fill is None else len(run.fast_fill.unfit)
-    said = [f"{warning.message}" for warning in caught]
+    sentences = [f"{warning.message}" for warning in caught]
     print(
         f"{number:2}  {width_mm:4.1f} mm wide, {depth_mm:4.1f} deep, {length_mm:5.1f} long: highest {level_mm:+.2f} mm"
     )
-    print("".join(f"    {text}\n" for text in said), end="")
-    return level_mm, unfit, said
+    print("".join(f"    {text}\n" for text in sentences), end="")
+    return level_mm, unfit, sentences
 
 
 def main(
@@ -50,7 +50,7 @@ def main(
 ) -> list[Row]:
     fills = [first_fill(number, particles=particles) for number in range(CRACKS)]
     # A draft says that it is one.
-    cautions = sum(not text.startswith("This run is a draft") for _, _, said in fills for text in said)
+    cautions = sum(not text.startswith("This run is a draft") for _, _, sentences in fills for text in sentences)
     return [
         Row("cracks for which the fast model is unfit", sum(unfit > 0 for _, unfit, _ in fills), f"of {CRACKS}", 0, 0),
         Row("cautions", cautions, "", 0, 0),

@@ -8,7 +8,7 @@ and sealant are invented.
 Photo: detail of "Concrete Crack Segmentation Dataset" by Çağlar Fırat Özgenel (2019),
 https://doi.org/10.17632/jwsn7tfbrp.1, `CC BY 4.0 <https://creativecommons.org/licenses/by/4.0/>`_; cropped, and
 enlarged three times from a reduced preview.
-"""  # noqa: RUF002  The author's name has this letter.
+"""
 
 # %%
 # A trial with a paste that the fast model knows. Coarse particles and a third of the crack keep this page short.

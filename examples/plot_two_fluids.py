@@ -8,7 +8,7 @@ stress. The crack is real; its scale and its depth are invented.
 Photo: detail of "Concrete Crack Segmentation Dataset" by Çağlar Fırat Özgenel (2019),
 https://doi.org/10.17632/jwsn7tfbrp.1, `CC BY 4.0 <https://creativecommons.org/licenses/by/4.0/>`_; cropped, and
 enlarged three times from a reduced preview.
-"""  # noqa: RUF002  The author's name has this letter.
+"""
 
 # %%
 # One crack, shallow and short of time for the example's sake.

@@ -139,7 +139,7 @@ def _require_own(folder: RunFolder, file: Path, shown: Path) -> None:
 
     A photo, a mesh or a drawing with the same content counts as the same file. ``shown`` is that file.
     """
-    began, own = folder.manifest.get("begun"), folder.path / TRIAL
+    began, written = folder.manifest.get("begun"), folder.path / TRIAL
     if began is None:
         return
     is_copy = TRIAL_SUFFIX not in (Path(began["from"]).suffix, file.suffix) and files.sha256(shown) == began["sha256"]
@@ -148,10 +148,10 @@ def _require_own(folder: RunFolder, file: Path, shown: Path) -> None:
             f"{display_path(folder.path)}: contains the results of {display_path(folder.path / began['from'])}, so "
             f"those of {display_path(file)} cannot be written there. Give another folder with --out."
         )
-    if own.is_file() and files.sha256(own) != began["trial"]:
+    if written.is_file() and files.sha256(written) != began["trial"]:
         raise InputError(
-            f"{display_path(own)}: was edited, so {display_path(file)} must not replace it. Use 'sealtwin run "
-            f"{display_path(own)}' to run the edited trial, or give another folder with --out."
+            f"{display_path(written)}: was edited, so {display_path(file)} must not replace it. Use 'sealtwin run "
+            f"{display_path(written)}' to run the edited trial, or give another folder with --out."
         )
 
 
@@ -239,8 +239,8 @@ def adopt_trial(job: Job) -> None:
     trial file has their paths from the run folder. The manifest has the file to which the folder belongs, and hashes
     of the photo and of the written trial.
     """
-    own, in_place = job.path / TRIAL, job.source.resolve() == job.path.resolve()
-    if in_place and load_trial(own).loaded(job.source) == job.trial:
+    written, in_place = job.path / TRIAL, job.source.resolve() == job.path.resolve()
+    if in_place and load_trial(written).loaded(job.source) == job.trial:
         return
     content, manifest = job.trial.content, job.folder.manifest
     if not in_place and job.sheet is not None and job.trial.readings is not None:
@@ -249,12 +249,16 @@ def adopt_trial(job: Job) -> None:
     for role, file in sample_files(job.trial).items():
         content["crack" if role == "scan" else job.trial.kind][role] = _seen_from(job.path, job.source / file)
     began = manifest.get("begun")
-    is_edited = in_place and began is not None and files.sha256(own) != began["trial"]
-    files.write_if_new(own, trial_text(content).encode())
+    is_edited = in_place and began is not None and files.sha256(written) != began["trial"]
+    files.write_if_new(written, trial_text(content).encode())
     if job.file is not None and not in_place:
         shown = files.sha256(job.source / job.trial.shown_by.file)
         began = {"from": _seen_from(job.path, job.file), "sha256": shown}
-    if began is not None and not is_edited and (now := {**began, "trial": files.sha256(own)}) != manifest.get("begun"):
+    if (
+        began is not None
+        and not is_edited
+        and (now := {**began, "trial": files.sha256(written)}) != manifest.get("begun")
+    ):
         manifest["begun"] = now
         job.folder.save()
 

@@ -16,6 +16,7 @@ from sealtwin.core.files import write_bytes, write_unless_other
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import table_of
 from sealtwin.trial.trial_file import KINDS, Kind, SettingValues, Trial, checked_trial, names_in, with_settings
+from simulate.settings import LAWS
 
 TEMPLATES = resources("sealtwin").joinpath("templates")
 TRIAL = TEMPLATES.joinpath("starter_trial.toml").read_text(encoding="utf-8")
@@ -43,8 +44,10 @@ def begun(content: Mapping[str, Any], settings: SettingValues) -> dict[str, Any]
 
     ``settings`` are by dotted name. A setting of the sealant that they give or exclude is not assumed.
     """
-    # A material file has the yield stress, and may have the viscosity.
-    sealant = {"fluid.freeze_after_s": SEALANT["fluid.freeze_after_s"]} if "fluid.material" in settings else SEALANT
+    sealant = SEALANT
+    if settings.keys() & {f"fluid.{key}" for key in LAWS}:
+        # A sealant whose law of flow is given has no yield stress unless the user gives it: an oil has none.
+        sealant = {"fluid.freeze_after_s": SEALANT["fluid.freeze_after_s"]}
     changed = with_settings({**with_settings(content, sealant), "assumed": list(sealant)}, settings)
     return changed | {"assumed": [name for name in changed["assumed"] if name in names_in(changed)]}
 
@@ -56,18 +59,18 @@ def begin_trial(file: Path, settings: SettingValues) -> Trial:
     Raises InputError if a setting cannot be used.
     """
     kind = kind_of(file)
-    table, own = present(table_of(Trial, (kind, "")), kind), dict[str, Any]()
+    table, of_kind = present(table_of(Trial, (kind, "")), kind), dict[str, Any]()
     for name, value in settings.items():
         home, _, key = name.partition(".")
         if home in KINDS and home != kind and key not in table.model_fields:
             raise InputError(f"{file}: {name} is for a {home}, but this file is a {kind}.")
-        own[f"{kind}.{key}" if home in KINDS else name] = value
-    if f"{kind}.file" in own:
+        of_kind[f"{kind}.{key}" if home in KINDS else name] = value
+    if f"{kind}.file" in of_kind:
         raise InputError(f"{kind}.file and {file} are both given; give only one {kind}.")
     content = {kind: {"file": file.name, "data": NOBODY}}
     if any(name.startswith("readings.") for name in settings):
         content["readings"] = {"data": NOBODY, "role": NOBODY}
-    return checked_trial(file, begun(content, own))
+    return checked_trial(file, begun(content, of_kind))
 
 
 def kind_of(file: Path) -> Kind:

@@ -216,9 +216,9 @@ def with_hints(
         document["crack"] = tomlkit.table()
     shaped = _filled(document.get("crack", {}), shape.entries())
     changed = [*replaced, *_filled(photo, values), *removed, *shaped]
-    given = {*settings, *(f"crack.{key}" for key in shaped)}
-    if named := document.get("assumed"):
-        changed += _filled(document, {"assumed": [name for name in named if name not in given]})
+    known = {*settings, *(f"crack.{key}" for key in shaped)}
+    if assumed := document.get("assumed"):
+        changed += _filled(document, {"assumed": [name for name in assumed if name not in known]})
     edited = tomlkit.dumps(document)
     return edited.replace("\n", "\r\n") if windows else edited, changed
 

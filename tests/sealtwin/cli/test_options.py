@@ -14,8 +14,8 @@ import typer
 
 from sealtwin.cli.options import FLUID, PHOTO, along, read_value, settings_of
 from sealtwin.core.errors import InputError
-from sealtwin.trial.starter_files import quick_trial
-from sealtwin.trial.trial_file import load_trial, sample_trial
+from sealtwin.trial.starter_files import begin_trial
+from sealtwin.trial.trial_file import UNMEASURED, load_trial, trial_text
 from tests.house_rules import PACKAGES
 from tests.support.paths import FIXTURE, ROOT
 from tests.support.processes import commands, refusal, sealtwin
@@ -141,8 +141,8 @@ def test_the_quick_command_assumes_no_setting_that_is_given(lab):
     trial = tomllib.loads((lab / "out" / "trial.toml").read_text())
     assert (trial["crack"]["tilt"], trial["fluid"]["viscosity_pa_s"], trial["seed"]) == ("vertical", 0.5, 3)
     assert "U" not in trial["fluid"]
-    assert "fluid.yield_stress_pa" in trial["assumed"]
-    assert not {"crack.tilt", "crack.wall_angle_deg", "fluid.viscosity_pa_s"} & {*trial["assumed"]}
+    assert {*trial["assumed"]} == {"fluid.freeze_after_s", *UNMEASURED} - {"crack.tilt", "crack.wall_angle_deg"}
+    assert trial["fluid"]["yield_stress_pa"] == 0.0
 
 
 def test_the_set_option_of_sweep_is_accepted_only_for_settings_that_do_not_vary(lab):
@@ -184,14 +184,12 @@ def test_each_everyday_option_is_stored_by_each_command_that_has_it(key, tmp_pat
     assert sealtwin("markers", "--face-mm", "160x40", "--out", "m.pdf", "--toml", "m.toml").exit_code == 0
     needed = ("crack.depth_mm", *BESIDE.get(key, ("photo.mm_per_px",)), key)
     settings, photo = settings_of({name: TEXTS[name] for name in needed}, ()), FIXTURE / "photo.jpg"
-    text, _ = quick_trial(photo, tmp_path, settings, None)
-    (tmp_path / "quick.toml").write_text(text)
-    own = (
-        sample_trial("photo", photo, settings)
-        if key in PHOTO
-        else load_trial(tmp_path / "trial.toml", {key: settings[key]})
-    )
-    for trial in (load_trial(tmp_path / "quick.toml"), own):
+    written = tmp_path / "begun.toml"
+    written.write_text(trial_text(begin_trial(photo, settings).content))
+    trials = [load_trial(written)]
+    if key in FLUID:
+        trials.append(load_trial(tmp_path / "trial.toml", {key: settings[key]}))
+    for trial in trials:
         value = trial
         for part in key.split("."):
             value = getattr(value, part)

@@ -111,7 +111,7 @@ def test_the_starter_prints_the_defaults_and_names_all_that_is_assumed(tmp_path)
     ("settings", "left_out"),
     [
         ({"crack.tilt": "vertical"}, {"crack.tilt", "crack.wall_angle_deg"}),
-        ({"path.volume_ml": 2.0, "fluid.U": 30.0}, {"path.fill", "fluid.viscosity_pa_s"}),
+        ({"path.volume_ml": 2.0, "fluid.U": 30.0}, {"path.fill", "fluid.viscosity_pa_s", "fluid.yield_stress_pa"}),
         ({"fluid.material": "m.toml"}, {"fluid.viscosity_pa_s", "fluid.yield_stress_pa"}),
         ({"path.plan": "plan.csv"}, {"path.fill", "path.trim_mm", "path.speed_mm_s"}),
     ],
