@@ -179,16 +179,12 @@ class RobotCell(LanguageTables):
 
         ``has_origin`` is False if the crack's [0, 0] is only the photo's corner.
         """
-        if self.taught_in == "sample" and not has_origin:
+        frame = "sample" if has_origin else "photo"
+        if self.taught_in != frame:
             raise InputError(
-                f"{where}: the points are taught on the sample, but the crack's [0, 0] is the photo's corner, since "
-                "its scale is a ruler or mm_per_px. Digitise with markers or with the face's corners. If the points "
-                'were taught in this photo, give taught_in = "photo".'
-            )
-        if self.taught_in == "photo" and has_origin:
-            raise InputError(
-                f'{where}: taught_in is "photo", but the crack\'s [0, 0] is on the sample. Give taught_in = "sample", '
-                "and sample_mm as in outline.json."
+                f"{where}: taught_in is {self.taught_in}, but the crack's [0, 0] is on the {frame}. Digitise with "
+                "markers or the face's corners, and teach points on the sample. A ruler or mm_per_px alone requires "
+                'points that were taught in this photo, and taught_in = "photo".'
             )
 
     def missing_for(self, kind: Format) -> str | None:

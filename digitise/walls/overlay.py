@@ -151,9 +151,7 @@ def _mark_ends(canvas: Canvas, outline: Outline) -> None:
         canvas.dot(way[0], 3, ENDS, PAPER)
         half = 0.5 * canvas.text_size(text)
         behind = at_arc_length(way, arc_length(way), np.array([30 * unit]))[0]
-        beside = way[0] + toward(way[0] - behind) * (14 * unit + half)
-        room = half + 8 * unit
-        corner = np.clip(beside, room, canvas.extent - room) - half
+        corner = way[0] + toward(way[0] - behind) * (14 * unit + half) - half
         canvas.panel(corner - 4 * unit, corner + 2 * half + 4 * unit, INK, 0.65)
         canvas.text(corner + half * (0, 2), text, PAPER)
 
@@ -176,21 +174,20 @@ def _add_legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None)
         lines.append((ENDS, "dashed: crack or ground"))
     if trajectory is not None and len(pour_s_mm := trajectory.s_mm[trajectory.giving]):
         lines.append((NOZZLE, f"nozzle, from s = {pour_s_mm[0]:.1f} to {pour_s_mm[-1]:.1f} mm"))
-    bases = list[Floats]()
-    x, y = pad, row
+    canvas.picture = np.pad(canvas.picture, ((0, round(row * len(lines) + pad)), (0, 0), (0, 0)), constant_values=255)
+    x, y = pad, canvas.extent[1] + row
     for colour, text in lines:
         width = canvas.text_size(text)[0] + (swatch if colour else 0)
         if x + width > canvas.extent[0]:
             x, y = pad, y + row
-        bases.append(np.array([x, canvas.extent[1] + y]))
+        base = np.array([x, y])
         x += width + 3 * pad
-    canvas.picture = np.pad(canvas.picture, ((0, round(y + pad)), (0, 0), (0, 0)), constant_values=255)
-    for base, (colour, text) in zip(bases, lines, strict=True):
         if colour is not None:
             bar = length_mm * mm if colour == INK else swatch - pad
             canvas.panel(base - (0, 7 * unit), np.add(base, (bar, -3 * unit)), colour, 1)
-            base = np.add(base, (swatch, 0))
+            base[0] += swatch
         canvas.text(base, text, INK)
+    canvas.picture = canvas.picture[: round(y + pad)]
 
 
 def straight_view(photo: Photo, outline: Outline) -> Pixels:

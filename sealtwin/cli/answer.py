@@ -83,6 +83,13 @@ class Command:
         if exit_code:
             raise typer.Exit(exit_code)
 
+    def write_example(self, example: Path, source: object, write: Callable[[Path], None]) -> None:
+        """Write an example of a file for --example. Raises typer.BadParameter if a ``source`` is given too."""
+        if source is not None:
+            raise typer.BadParameter("--example only writes an example of a file; give no input with it")
+        write(example)
+        self.reply({"file": example.as_posix()}, [str(example)])
+
     def fail(self, message: str, exit_code: int) -> NoReturn:
         print(f"sealtwin: {message}", file=sys.stderr)
         if self.as_json:
@@ -121,15 +128,11 @@ class PlainFlags:
         return params
 
 
-class Group(PlainFlags, TyperGroup):
-    """Group of commands."""
-
-
-class Commands(Group):
-    """Group of all commands. With --json, it prints usage errors as JSON objects too."""
+class Commands(PlainFlags, TyperGroup):
+    """Group of commands. With --json, the group of all commands prints usage errors as JSON objects too."""
 
     def invoke(self, ctx: Any) -> Any:
-        as_json = "--json" in ctx.args
+        as_json = ctx.parent is None and "--json" in ctx.args
         try:
             return super().invoke(ctx)
         except typer.TyperException as fault:
@@ -160,7 +163,7 @@ class CheckedCommand(PlainFlags, TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         _, extra, params = self.make_parser(ctx).parse_args(args=list(args))
-        if extra and (forms := {f"{param.opts[0]} {param.metavar}": None for param in params if param.nargs > 1}):
+        if extra and (forms := [f"{param.opts[0]} {param.metavar}" for param in params if param.nargs > 1]):
             ctx.fail(f"unexpected: {' '.join(map(str, extra))}. Write {', '.join(forms)}")
         for param in params:
             single = isinstance(param, TyperOption) and not (param.multiple or param.is_flag)

@@ -25,6 +25,7 @@ from sealtwin.cli.answer import (
     take_any_name,
 )
 from sealtwin.core.errors import InputError
+from sealtwin.core.plain_files import read_bytes
 
 app = typer.Typer(
     name="sealtwin",
@@ -163,10 +164,7 @@ def require_own_packages() -> None:
         spec = find_spec(name)
         # The spec of a folder without an __init__.py has no origin.
         origin = file if spec is None or spec.origin is None else Path(spec.origin)
-        is_own = (
-            file.is_file() and origin.samefile(file) and 'PART_OF = "sealtwin"' in file.read_text("utf-8", "replace")
-        )
-        if not is_own:
+        if not (file.is_file() and origin.samefile(file) and b'PART_OF = "sealtwin"' in read_bytes(file)):
             raise InputError(
                 f"{origin}: '{name}' is not sealtwin's own package. Rename it, start sealtwin in another folder, or "
                 "install sealtwin in a separate environment ('uv tool install', 'pipx install' or a new venv)."

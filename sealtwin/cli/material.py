@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sealtwin.cli.answer import CheckedCommand, Command, Group, answers
+from sealtwin.cli.answer import CheckedCommand, Command, Commands, answers
 from sealtwin.cli.options import Given, argument, option
 from sealtwin.core.errors import InputError, present
 
@@ -51,7 +51,7 @@ def rheometer(
 
 
 methods = typer.Typer(
-    name="material", cls=Group, help="Measure a paste, and write material.toml for trials.", no_args_is_help=True
+    name="material", cls=Commands, help="Measure a paste, and write material.toml for trials.", no_args_is_help=True
 )
 for method in (spread, rheometer):
     methods.command(cls=CheckedCommand)(method)

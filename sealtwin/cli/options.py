@@ -51,14 +51,15 @@ Out = Annotated[
 ]
 
 
-WRITTEN = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
-"""Pattern of a number. Python's float() would also accept 1_0, nan and digits of other scripts."""
+WRITTEN = re.compile(r"(?![+-]?[1-9]\d*,\d{3}$)[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
+"""Pattern of a number, but not of 1,000, which may be two numbers.
+
+Python's float() would also accept 1_0, nan and digits of other scripts."""
 BETWEEN = re.compile("[x:,]")
 """Pattern of the character between the parts of a format, such as the x in "WxH"."""
 INDEX = re.compile(r"\.\d+(?=\.|$)")
 """Pattern of the number of a list's element in a dotted name."""
 SENTENCE = re.compile(r"(?<=\.)\s+(?=[A-Z])")
-THOUSANDS = re.compile(r"[+-]?[1-9]\d*,\d{3}", re.ASCII)
 
 
 def read_value(text: str, *, comma: bool = True) -> int | float | str:
@@ -67,13 +68,12 @@ def read_value(text: str, *, comma: bool = True) -> int | float | str:
     Returns a text that is no number, or whose comma is ambiguous. The check of the settings refuses it.
     """
     written = text.strip()
-    if not WRITTEN.fullmatch(written) or THOUSANDS.fullmatch(written) or ("," in written and not comma):
+    if not WRITTEN.fullmatch(written) or ("," in written and not comma):
         return text
     number = float(written.replace(",", "."))
-    return int(number) if number.is_integer() and abs(number) < LARGEST_WHOLE else number
+    return int(number) if number.is_integer() else number
 
 
-LARGEST_WHOLE = 1e15  # Whole numbers below it are exact as floats
 LONGEST_MM = 10_000.0  # Largest arc length s that is allowed, as in a trial
 
 

@@ -77,12 +77,9 @@ def sweep(
     Example: sealtwin sweep fixtures/paper-trial/study-paper.toml --dry-run
     """
     if example is not None:
-        if study is not None:
-            raise typer.BadParameter("--example only writes a study file; do not give a study with it")
         from sealtwin.trial.starter_files import write_example_study
 
-        write_example_study(example)
-        command.reply({"file": example.as_posix()}, [str(example)])
+        command.write_example(example, study, write_example_study)
         return
     if study is None:
         raise typer.BadParameter("give a study; --example FILE writes an example")

@@ -38,12 +38,9 @@ def robot(
     Example: sealtwin robot reports/paper-trial --cell cell.toml --format spel
     """
     if example is not None:
-        if folder is not None or cell is not None:
-            raise typer.BadParameter("--example only writes a cell file; do not give RUN or --cell with it")
         from sealtwin.trial.starter_files import write_example_cell
 
-        write_example_cell(example)
-        command.reply({"file": example.as_posix()}, [str(example)])
+        command.write_example(example, folder or cell, write_example_cell)
         return
     if folder is None or cell is None:
         raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes an example of a cell file")
@@ -178,5 +175,5 @@ def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for t
     """
     from sealtwin.trial.starter_files import write_starter
 
-    written = write_starter(folder)
-    command.reply({"files": [file.as_posix() for file in written]}, [*map(str, written)])
+    names = [*map(str, write_starter(folder))]
+    command.reply({"files": names}, names)

@@ -7,10 +7,11 @@ import math
 import os
 import re
 import secrets
+from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic_core import from_json, to_json
@@ -20,8 +21,12 @@ from sealtwin.core.arrays import Floats, Pixels
 from sealtwin.core.errors import InputError, naming
 from sealtwin.core.plain_files import LARGEST_HASHED_BYTES
 
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 MISSING = re.compile(r"(?<=,)(?=,|\r?$)|^(?=,)", re.MULTILINE)  # Pattern of an empty field in a CSV
+JPEG_QUALITY = 85  # Quality of JPEGs of photos
 TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file. Users' files are unlikely to contain it
 TEMPORARY = re.compile(rf"\.{TEMPORARY_MARK}-\d+-[0-9a-f]{{8}}(\..+)?", re.DOTALL)
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
@@ -85,6 +90,29 @@ def write_png(path: Path, picture: Pixels) -> None:
     if not encoded:
         raise RuntimeError("OpenCV could not encode a picture")
     write_bytes(path, png.tobytes())
+
+
+def read_picture(path: Path, largest_px: int = 100_000) -> "Image":
+    """Return a picture in RGB whose longer side is at most ``largest_px``. Raises InputError for an unusable file."""
+    from PIL import Image
+
+    try:
+        picture = Image.open(io.BytesIO(read_bytes(path)))
+        picture.thumbnail((largest_px, largest_px))
+        return picture.convert("RGB")
+    except OSError:
+        raise InputError(f"{path}: the picture cannot be read. Draw it again with 'sealtwin digitise'.") from None
+
+
+def as_jpeg(picture: "Image") -> bytes:
+    content = io.BytesIO()
+    picture.save(content, "jpeg", quality=JPEG_QUALITY)
+    return content.getvalue()
+
+
+def as_uri(jpeg: bytes) -> str:
+    """Return a JPEG as a data URI for a page."""
+    return f"data:image/jpeg;base64,{b64encode(jpeg).decode()}"
 
 
 def write_json(path: Path, content: Any) -> None:

@@ -303,8 +303,8 @@ class Solid(ReadOnly, HasSummary):
     @property
     def depth_text(self) -> str:
         """Depth of the floor, or its smallest and largest depth along the crack."""
-        low, high = (f"{end:.3g}" for end in (self.sections.depth_mm.min(), self.sections.depth_mm.max()))
-        return f"{self.depth_mm:.4g} mm" if low == high else f"{low} to {high} mm"
+        ends_mm = self.sections.depth_mm.min(), self.sections.depth_mm.max()
+        return f"{' to '.join(dict.fromkeys(f'{end_mm:.4g}' for end_mm in ends_mm))} mm"
 
     def mesh(self) -> "Trimesh":
         """Return the mesh for trimesh, in mm."""

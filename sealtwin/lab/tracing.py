@@ -1,6 +1,5 @@
 """Trace the trials of a lab, each in its run folder, and write a page with all traced walls."""
 
-import base64
 import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,7 +7,7 @@ from pathlib import Path
 
 from sealtwin.core import files
 from sealtwin.core.doubts import ReadSheet
-from sealtwin.core.errors import InputError, SealtwinError, present
+from sealtwin.core.errors import SealtwinError, present
 from sealtwin.core.facts import texts
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import SolidFile, read_record
@@ -129,6 +128,9 @@ def write_contact_sheet(folder: Path, rows: Sequence[TracedRow], sheets: Mapping
     """
     from validate.figures.page import page_environment
 
+    def thumbnail(*names: str) -> str:
+        return files.as_uri(files.as_jpeg(files.read_picture(folder.joinpath(*names), THUMBNAIL_PX)))
+
     refused = [row.folder for row in rows if (folder / row.folder / REFUSED).is_file()]
     done = [row for row in rows if row.status == "ok"]
     page = (
@@ -136,8 +138,8 @@ def write_contact_sheet(folder: Path, rows: Sequence[TracedRow], sheets: Mapping
         .get_template("contact_sheet.html.j2")
         .render(
             photos=rows,
-            thumbnails={row.folder: _thumbnail(folder / row.folder / "overlay.png") for row in done},
-            refused={name: _thumbnail(folder / name / REFUSED) for name in refused},
+            thumbnails={row.folder: thumbnail(row.folder, "overlay.png") for row in done},
+            refused={name: thumbnail(name, REFUSED) for name in refused},
             done=done,
             sheets=sheets,
             letters=letters,
@@ -145,17 +147,3 @@ def write_contact_sheet(folder: Path, rows: Sequence[TracedRow], sheets: Mapping
         )
     )
     files.write_text(folder / SHEET, page)
-
-
-def _thumbnail(overlay: Path) -> str:
-    """Return a small copy of a picture as a data URI."""
-    import cv2
-    import numpy as np
-
-    picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), np.uint8), cv2.IMREAD_COLOR)
-    if picture is None:
-        raise InputError(f"{overlay}: the picture cannot be read. Digitise again.")
-    shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))
-    small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
-    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 82])
-    return "data:image/jpeg;base64," + base64.b64encode(jpeg.tobytes()).decode()

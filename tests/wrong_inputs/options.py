@@ -50,6 +50,8 @@ CASES: list[WrongInput] = [
     of_photo("--depth-mm 8 --ends 40 101 160 98", "160 98", "--ends X,Y X,Y", code=USAGE),
     of_photo("--depth-mm 8 --face-mm 160x4cm", "--face-mm = '4cm'", "--face-mm WxH"),
     of_photo("--depth-mm 8 --roi 1,2,3", "--roi: has 3 values", "--roi 'X,Y ...'"),
+    of_photo("--depth-mm 8 --set crack.tillt=lean", "sealtwin: --set crack.tillt: no such key", "'tilt'"),
+    of_photo("--depth-mm 8 --set crack=3", "crack.KEY=VALUE", code=USAGE),
     of_photo("--depth-mm 8 --sed 3", "--sed", code=USAGE),
     of_photo("--depth-mm 8 --depth-mm 9", "--depth-mm is given 2 times", code=USAGE),
     of_photo("--mask none.png", "--depth-mm", code=USAGE),

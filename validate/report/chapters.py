@@ -7,17 +7,13 @@ The page shows all chapters, the PDF only their pictures. The words are in templ
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, groupby
-from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from matplotlib.figure import Figure
 
 from sealtwin.core import files
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import Pixels
-from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.run_folder import versions
@@ -50,7 +46,7 @@ class Plate:
 class PhotoBlock:
     caption: str
     alt: str
-    pixels: Pixels
+    jpeg: bytes
 
 
 @dataclass(frozen=True)
@@ -97,7 +93,7 @@ def first_figure(evidence: Evidence) -> FirstFigure:
         solid=evidence.solid,
         trajectory=evidence.trajectory,
         profile=evidence.profile,
-        straight=_read_picture(evidence.straight_path),
+        straight=np.asarray(files.read_picture(evidence.straight_path)),
         readings=evidence.readings,
         comparison=evidence.comparison,
         prediction=evidence.prediction,
@@ -192,26 +188,15 @@ def scene_of(evidence: Evidence) -> FillScene:
     return FillScene(*parts, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
 
 
-OVERLAY_PX = 1500  # Largest width of the overlay in the report. The run folder has it in full size.
+OVERLAY_PX = 1500  # Largest side of the overlay in the report. The run folder has it in full size.
 
 
 def _photo(evidence: Evidence) -> PhotoBlock:
-    picture = _read_picture(evidence.overlay_path)
-    scale = min(1.0, OVERLAY_PX / picture.shape[1])
-    pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     return PhotoBlock(
         sentence("figure_photo", e=evidence),
         f"The {evidence.outline.seen_in} of the sample with the traced walls and centreline of the crack",
-        np.asarray(pixels, np.uint8),
+        files.as_jpeg(files.read_picture(evidence.overlay_path, OVERLAY_PX)),
     )
-
-
-def _read_picture(path: Path) -> Pixels:
-    content = np.frombuffer(files.read_bytes(path) if path.is_file() else b"", np.uint8)
-    picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
-    if picture is None:
-        raise InputError(f"{path}: the picture cannot be read. Draw it again with 'sealtwin digitise'.")
-    return np.asarray(picture, np.uint8)
 
 
 SHOWN_HEALTH = (

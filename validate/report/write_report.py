@@ -1,16 +1,13 @@
 """Write the report of a trial as a page, a file for programs and, if wanted, a PDF, from the same facts and figures."""
 
-import base64
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from PIL import Image
 
-from sealtwin.core.files import replacing, write_json, write_text
+from sealtwin.core.files import as_uri, replacing, write_json, write_text
 from validate.figures.first_figure import NARROW, WIDE
 from validate.figures.page import page_environment
 from validate.figures.theme import as_picture, as_svg, in_page
@@ -36,7 +33,6 @@ from validate.sentences import sentence
 from validate.units import PageTable
 
 DPI = 150  # Resolution of pixels inside the page's figures, and of the PDF's figures
-QUALITY = 85  # Quality of JPEGs of photos
 REPORT, PDF = ("report.html", "report.json"), "report.pdf"  # Files of a report, and its PDF
 
 ALT = "The straightened photo, the level of the sealant and its error along the crack, and a section across"
@@ -112,7 +108,7 @@ def _page(
 ) -> str:
     environment = page_environment()
     environment.filters["kind"] = lambda item: type(item).__name__
-    environment.filters["photo"] = lambda item: _data_uri(item.pixels)
+    environment.filters["photo"] = lambda item: as_uri(item.jpeg)
     environment.filters["svg"] = lambda item: in_page(drawings[item], item.caption)
     return environment.get_template("report.html.j2").render(
         data=data,
@@ -121,16 +117,6 @@ def _page(
     )
 
 
-def _jpeg(pixels: NDArray[np.uint8]) -> io.BytesIO:
-    target = io.BytesIO()
-    Image.fromarray(pixels).save(target, "jpeg", quality=QUALITY)
-    return target
-
-
-def _data_uri(pixels: NDArray[np.uint8]) -> str:
-    return "data:image/jpeg;base64," + base64.b64encode(_jpeg(pixels).getvalue()).decode()
-
-
 def _picture(item: Picture, figures: Mapping[Plate, Figure]) -> Image.Image | io.BytesIO:
     # The PDF includes the JPEG as it is.
-    return _jpeg(item.pixels) if isinstance(item, PhotoBlock) else as_picture(figures[item], DPI)
+    return io.BytesIO(item.jpeg) if isinstance(item, PhotoBlock) else as_picture(figures[item], DPI)

@@ -65,12 +65,6 @@ def test_a_set_option_without_table_key_and_value_is_refused(text):
         settings_of({}, [text])
 
 
-def test_a_table_in_the_set_option_is_refused():
-    """``crack=3`` would replace all settings of the table."""
-    with pytest.raises(typer.BadParameter, match=r"crack\.KEY=VALUE"):
-        settings_of({}, ["crack=3"])
-
-
 @pytest.mark.parametrize(
     ("options", "others"),
     [
@@ -82,20 +76,6 @@ def test_a_table_in_the_set_option_is_refused():
 def test_a_setting_that_is_given_twice_is_refused(options, others):
     with pytest.raises(typer.BadParameter, match="given twice"):
         settings_of(options, others)
-
-
-@pytest.mark.parametrize(
-    ("setting", "named"),
-    [
-        ("crack.tillt=lean", "sealtwin: --set crack.tillt: no such key; did you mean 'tilt'?"),
-        ("path.volume_ml=1,000", "sealtwin: --set path.volume_ml = '1,000'"),
-    ],
-)
-def test_settings_of_the_set_option_are_checked_like_those_of_a_trial_file(tmp_path, setting, named):
-    answer = sealtwin("digitise", FIXTURE / "trial.toml", "--out", tmp_path / "run", "--set", setting)
-    assert answer.exit_code == 3
-    assert named in answer.stderr
-    assert not (tmp_path / "run").exists()
 
 
 @pytest.fixture
