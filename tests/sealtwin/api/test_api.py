@@ -255,18 +255,12 @@ def test_a_fluid_does_not_freeze_by_default():
 @pytest.mark.parametrize(
     ("call", "named"),
     [
-        ("Fluid(1.0)", "Fluid: give each setting by name, as in U="),
         ("read_photo(photo.image)", "read_photo: no scale"),
         ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: the array"),
-        ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
-        ("inject(path, Fluid(U=1), crossfall_deg=46)", "inject: crossfall_deg = 46"),
         ("inject(path, Fluid(curve='none.csv'))", "none.csv: no such file"),
         ("inject(path, Fluid(U=1), solver=Solver(radius_mm=5))", "solver.radius_mm is 5"),
-        ("read_readings(READINGS[:, 0])", "shape"),
-        ("read_readings(READINGS, unit='cm')", "read_readings: unit"),
         ("read_readings(__file__, columns=['s_mm', 'level_mm'])", "columns must be a table"),
         ("read_readings(READINGS, fitted=['fluid.u'])", "read_readings: fitted: fluid.u"),
-        ("release_block(9, 9, 0, Fluid(U=1), duration_s=1, solver=Solver())", "release_block: height_mm = 0"),
         ("compare(run, read_readings(READINGS), gate={'mean_error_mm': -1})", "compare: gate: mean_error_mm = -1"),
         ("sweep('nowhere.toml', {'fluid.U': [1]})", "nowhere.toml"),
         ("write_robot_program('P01', path, {'name': 'x'})", "cell: taught"),

@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,13 +21,10 @@ with warnings.catch_warnings(action="ignore"):
     readings = st.read_readings(rows, solid)
     result = st.compare(run, readings)
     deeper = st.build_solid(crack, 20)
-    elsewhere = replace(run, path=st.plan_path(deeper))
 
 MISTAKES = [
     ("st.trace_crack('photo.jpg')", "trace_crack: photo ", True),
-    ("st.trace_crack(crack)", "trace_crack: photo ", True),
     ("st.read_photo(None, mm_per_px=0.1)", "read_photo: photo ", True),
-    ("st.read_photo('none.jpg', mm_per_px=0.1)", "read_photo: none.jpg: no such file; photo ", False),
     ("st.build_solid(None, 16)", "build_solid: crack ", True),
     ("st.build_solid(16, crack)", "build_solid: crack ", True),
     ("st.build_solid(crack)", "build_solid: .*'depth_mm'", True),
@@ -41,7 +37,6 @@ MISTAKES = [
     ("st.plan_path(solid, speed_mm_s='fast')", "plan_path: speed_mm_s = 'fast'", True),
     ("st.plan_path(solid, volume_ml='3 ml')", "plan_path: volume_ml = '3 ml'", True),
     ("st.fill_fast(solid, paste)", "fill_fast: path ", True),
-    ("st.fill_fast(paste, path)", "fill_fast: path ", True),
     ("st.fill_fast(path, paste, nozzle=2.4)", "fill_fast: nozzle ", True),
     ("st.fill_fast(path, paste, settle_s='2 s')", "fill_fast: settle_s ", True),
     ("st.inject(path)", "inject: .*'fluid'", True),
@@ -51,7 +46,6 @@ MISTAKES = [
     ("st.compare(readings, run)", "compare: run ", True),
     ("st.compare(run, rows)", "compare: readings ", True),
     ("st.compare(run, st.read_readings(rows, deeper))", "compare: readings belong to", False),
-    ("st.compare(elsewhere, readings)", "compare: readings belong to", False),
     ("st.compare(run, readings, gate={'mean_eror_mm': 1.6})", "compare: gate: mean_error_mm", False),
     ("st.compare(run, readings, gate=1.6)", "compare: gate ", True),
     ("st.read_readings(rows, crack)", "read_readings: solid ", True),
@@ -95,7 +89,7 @@ def test_scalars_of_numpy_are_numbers():
 def test_a_type_checker_finds_the_mistakes_that_types_can_express_and_no_other(tmp_path):
     records = {"crack": "CrackOutline", "solid": "SampleSolid", "path": "PlannedPath", "paste": "Fluid"}
     records |= {"run": "SimulatedRun", "readings": "LevelReadings", "result": "LevelComparison"}
-    records |= {"deeper": "SampleSolid", "elsewhere": "SimulatedRun"}
+    records["deeper"] = "SampleSolid"
     arguments = ", ".join(f"{name}: st.{kind}" for name, kind in records.items())
     head = ["import numpy as np; import sealtwin as st", f"def calls(rows: np.ndarray, {arguments}):"]
     right = (
