@@ -254,12 +254,11 @@ def adopt_trial(job: Job) -> None:
     if job.file is not None and not in_place:
         shown = files.sha256(job.source / job.trial.shown_by.file)
         began = {"from": _seen_from(job.path, job.file), "sha256": shown}
-    if (
-        began is not None
-        and not is_edited
-        and (now := {**began, "trial": files.sha256(written)}) != manifest.get("begun")
-    ):
-        manifest["begun"] = now
+    if began is None or is_edited:
+        return
+    began = {**began, "trial": files.sha256(written)}
+    if began != manifest.get("begun"):
+        manifest["begun"] = began
         job.folder.save()
 
 

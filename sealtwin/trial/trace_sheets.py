@@ -216,9 +216,9 @@ def with_hints(
         document["crack"] = tomlkit.table()
     shaped = _filled(document.get("crack", {}), shape.entries())
     changed = [*replaced, *_filled(photo, values), *removed, *shaped]
-    known = {*settings, *(f"crack.{key}" for key in shaped)}
+    names = {*settings, *(f"crack.{key}" for key in shaped)}
     if assumed := document.get("assumed"):
-        changed += _filled(document, {"assumed": [name for name in assumed if name not in known]})
+        changed += _filled(document, {"assumed": [name for name in assumed if name not in names]})
     edited = tomlkit.dumps(document)
     return edited.replace("\n", "\r\n") if windows else edited, changed
 
