@@ -101,7 +101,10 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
 
         imported = import_sample(trial.mesh, job.source)
         for note in imported.notes:
-            job.progress.warn(note)
+            if note.kind == "doubt":
+                job.progress.warn(note)
+            else:
+                job.progress.note(f"{note}.")
         return imported.outline, imported.solid, imported.photo
     if trial.drawing is not None:
         return _drawn(job, trial.drawing, present(trial.crack, "crack"))
