@@ -108,7 +108,9 @@ def test_a_late_pump_delays_the_flow_but_not_the_motion():
     assert (late.dispensed_mm3, late.duration_s) == (pytest.approx(dispensed_mm3), prompt.duration_s)
 
 
-@pytest.mark.parametrize(("path", "share"), [({"fill": 0.55}, 0.55), ({"volume_ml": "cavity"}, 1.0)])
+@pytest.mark.parametrize(
+    ("path", "share"), [({"fill": 0.55}, 0.55), ({"volume_ml": "cavity"}, 0.6), ({"fill": 1.0}, 1.0)]
+)
 def test_the_set_fraction_of_the_cavitys_volume_is_dispensed(path, share):
     trajectory = plan_trajectory(straight_slot(), NozzlePath.model_validate(path), cavity_volume_mm3=3968.0)
     assert trajectory.dispensed_mm3 == pytest.approx(share * 3968.0, rel=1e-12)
@@ -117,13 +119,13 @@ def test_the_set_fraction_of_the_cavitys_volume_is_dispensed(path, share):
 @pytest.mark.parametrize(
     ("length_mm", "changes", "cavity_mm3", "says"),
     [
-        (20.5, {}, 0.0, "20.5 mm .* 10 and 10 mm"),
+        (10.5, {}, 0.0, "10.5 mm .* 5 and 5 mm"),
         (20.5, {"trim_mm": (18.0, 2.0)}, 0.0, "18 and 2 mm .* 1 mm"),
-        (40.0, {"ramp_mm": 10.5}, 0.0, "ramp_mm is 10.5, .* 20.0 mm.* at most 10, or"),
-        (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, 0.0, "30.0 mm, leads included.* at most 15"),
+        (40.0, {"ramp_mm": 10.5, "trim_mm": 10.0}, 0.0, "ramp_mm is 10.5, .* 20.0 mm.* at most 10, or"),
+        (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0, "trim_mm": 10.0}, 0.0, "30.0 mm, leads included.* at most 15"),
         (80.0, {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}, 0.0, "100000 waypoints"),
         # volume_ml has a limit of 1000; "cavity" must not be a way round it.
-        (80.0, {"volume_ml": "cavity"}, 3.1e7, "31000 ml, and one path may give at most 1000 ml"),
+        (80.0, {"volume_ml": "cavity", "fill": 1.0}, 3.1e7, "31000 ml, and one path may give at most 1000 ml"),
         (80.0, {"volume_ml": "cavity", "fill": 3.0}, 4e5, "fill = 3 of the cavity is 1200 ml"),
     ],
 )
@@ -135,7 +137,7 @@ def test_paths_with_impossible_lengths_or_volumes_are_refused(length_mm, changes
 
 def test_a_flow_by_cross_section_without_any_cross_section_is_refused():
     empty = Sections(np.array([0.0, 80.0]), np.zeros(2), np.zeros(2))
-    with pytest.raises(InputError, match=r'flow is "cross_section", .* between s = 10 and'):
+    with pytest.raises(InputError, match=r'flow is "cross_section", .* between s = 5 and'):
         planned(straight_slot(80.0), empty, flow="cross_section")
     with pytest.raises(ValueError, match="sections is missing"):
         planned(straight_slot(80.0), flow="cross_section")

@@ -23,7 +23,7 @@ THIN = STIFF.model_copy(update={"viscosity_pa_s": 2.0})
 CRACK = slot(8.0, width_mm=3.9, depth_mm=6.0)
 WAY = path(CRACK[1], 0.25, speed_mm_s=7.5)
 SAMPLE = sample_of(CRACK, WAY)
-SOLVER = Solver(radius_mm=0.378)
+SOLVER = Solver(radius_mm=0.378, settle_s=0.0)
 
 
 class Dies(Watcher):

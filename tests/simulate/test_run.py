@@ -177,9 +177,10 @@ def test_a_path_far_away_from_the_crack_is_refused(away_mm):
     """A trajectory.csv may come from anywhere. Without the check, Warp fails on the shape of an array."""
     solid, outline = slot(12.0)
     trajectory = path(outline, 0.05, speed_mm_s=20.0)
-    trajectory.position_mm[3] += away_mm
+    position_mm = trajectory.position_mm.copy()
+    position_mm[3] += away_mm
     with pytest.raises(InputError, match=r"trajectory: .* \(.*1e\+\d+.*\) mm\. .* 4000000 are allowed"):
-        pour((solid, outline), trajectory)
+        pour((solid, outline), replace(trajectory, position_mm=position_mm))
 
 
 @pytest.mark.parametrize(

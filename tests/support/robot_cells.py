@@ -1,5 +1,6 @@
 """Robots' cells and placed paths for tests: a face of 160 x 40 mm, turned, shifted and a little tipped."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ SECTIONS = Sections(np.array([0.0, 90.0]), np.array([5.0, 15.0]), np.array([15.0
 
 def in_cell(sample_mm: Floats, turn_deg: float = 25.0, tip_deg: float = 1.0) -> Floats:
     """Points (n, 3) of the sample where the robot of ``cell`` finds them."""
-    return Rotation.from_euler("zx", [turn_deg, tip_deg], degrees=True).apply(sample_mm) + SHIFT_MM
+    return Rotation.from_euler("zx", [turn_deg, tip_deg], degrees=True).apply(np.array(sample_mm)) + SHIFT_MM
 
 
 def cell(turn_deg: float = 25.0, tip_deg: float = 1.0, **changes: Any) -> RobotCell:
@@ -63,7 +64,7 @@ def cell(turn_deg: float = 25.0, tip_deg: float = 1.0, **changes: Any) -> RobotC
 
 
 def trajectory(outline: Outline | None = None, **path: Any) -> Trajectory:
-    plan = NozzlePath.model_validate({"volume_ml": 4.8} | path)
+    plan = NozzlePath.model_validate({"volume_ml": 4.8, "trim_mm": 10.0} | path)
     return plan_trajectory(wandering_crack(1) if outline is None else outline, plan, 1.0, SECTIONS)
 
 
@@ -75,7 +76,7 @@ def random_paths() -> st.SearchStrategy[Trajectory]:
     """Paths of every kind over random cracks."""
     return st.builds(
         lambda seed, speed, spacing, ramp, leads, reverse, flow: trajectory(
-            random_crack("plain", seed, length_mm=40.0, ends=CUT),
+            replace(random_crack("plain", seed, length_mm=40.0, ends=CUT), face_mm=(-60.0, -60.0, 60.0, 60.0)),
             trim_mm=(2.0, 4.0),
             speed_mm_s=speed,
             spacing_mm=spacing,

@@ -54,7 +54,7 @@ CASES: list[WrongInput] = [
     of_photo("--depth-mm 8 --set crack=3", "crack.KEY=VALUE", code=USAGE),
     of_photo("--depth-mm 8 --sed 3", "--sed", code=USAGE),
     of_photo("--depth-mm 8 --depth-mm 9", "--depth-mm is given 2 times", code=USAGE),
-    of_photo("--mask none.png", "--depth-mm", code=USAGE),
+    of_photo("--mask none.png", "--depth-mm"),
     run("--seed 1.5", trial(), "sealtwin: --seed = 1.5", more=" --seed 1.5"),
     run("--threads 0", trial(), "sealtwin: --threads = 0", more=" --threads 0"),
     run("--preset fast", trial(), "sealtwin: --preset = 'fast'", "'draft'", more=" --preset fast"),

@@ -130,7 +130,7 @@ def masked(name: str, mask: Draw, *names: str, light: Draw = _crack, **others: A
 # fmt: off
 CASES: list[WrongInput] = [
     clicked("pixels that are not square", _scan, "photo.png", "not square"),
-    clicked("photo without a stated origin", lit(_crack), "photo: undeclared", "photo.data", code=0),
+    clicked("photo without a stated origin", lit(_crack), "origin of the photo undeclared", code=0),
     masked("mask mirrored", lambda: _paint()[::-1], "photo.mask", "0%", "mirrored"),
     masked("a warning with --quiet", lambda: np.roll(_paint(), 8, 0), "note: photo.mask", "8 px away",
         more=" --quiet", code=0, lacks=("Digitising",)),

@@ -40,7 +40,7 @@ def shape(tilt: Tilt = "lean", **changes) -> CrackShape:
 
 
 def manifold(solid: Solid) -> Manifold:
-    return Manifold(Mesh64(solid.vertices_mm, solid.faces.astype(np.uint64)))
+    return Manifold(Mesh64(solid.vertices_mm.copy(), solid.faces.astype(np.uint64)))
 
 
 CRACKS = {

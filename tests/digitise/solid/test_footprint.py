@@ -37,7 +37,7 @@ def test_a_crack_that_bends_back_past_its_cut_end_has_one_cavity(gap_mm, before_
     expected_mm3 = cavity_volume_mm3(lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)
     if tilt == "vertical":
         assert expected_mm3 == pytest.approx(10.0 * signed_area(outline.outline_mm), rel=1e-3)
-    body = Manifold(Mesh64(solid.vertices_mm, solid.faces.astype(np.uint64)))
+    body = Manifold(Mesh64(solid.vertices_mm.copy(), solid.faces.astype(np.uint64)))
     low, high = np.reshape(body.bounding_box(), (2, 3))
     cavity = Manifold.cube(high - low).translate(low) - body
     assert len([room for room in cavity.decompose() if room.volume() > 1e-3]) == 1

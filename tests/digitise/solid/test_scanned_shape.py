@@ -1,11 +1,13 @@
 """A scan of an empty crack gives its depths and walls as far as they are seen, and says what is not."""
 
 import re
+from dataclasses import fields
 
 import numpy as np
 import pytest
 
 import sealtwin as st
+from sealtwin.api.samples import CrackOutline
 from sealtwin.core.errors import InputError
 from tests.support.scan_beds import OUTLINE, bed
 
@@ -17,8 +19,10 @@ POINTS = [{"name": f"{x}", "scan": (x, y, 0.0), "sample_mm": (x, y)} for x, y in
 def build(tmp_path):
     def build(points_mm):
         np.savetxt(tmp_path / "empty.xyz", points_mm, fmt="%.4f")
+        parts = {field.name: getattr(OUTLINE, field.name) for field in fields(OUTLINE)}
+        crack = CrackOutline(**parts, photo=None, data="synthetic", sha256="")
         placement = {"units": "mm", "points": POINTS}
-        return st.build_solid(OUTLINE, depth_mm=20.0, tilt="vertical", scan=tmp_path / "empty.xyz", placement=placement)
+        return st.build_solid(crack, depth_mm=20.0, tilt="vertical", scan=tmp_path / "empty.xyz", placement=placement)
 
     return build
 

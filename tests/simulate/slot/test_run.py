@@ -17,7 +17,7 @@ from simulate.slot.fitness import FULLEST, fitness_of
 from simulate.slot.run import READ, pour
 from tests.support.small_fluids import path, sample_of, slot
 
-FAST = Solver(model="slot", settle_s=2.0)
+FAST = Solver(model="slot", radius_mm=0.4, settle_s=2.0)
 PASTE: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never"}
 
 
