@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from digitise.settings import Depth, FaceSide, OneOrSeveral, OnFace, Width, WidthTable, by_station, require_order
+from digitise.settings import FaceSide, OneOrSeveral, OnFace, Width, WidthTable, by_station, require_order
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings
 from sealtwin.core.solid_figures import Box
@@ -81,13 +81,6 @@ class DrawnLines(GivenCrack):
     def layers(self) -> tuple[str, ...]:
         """Layers that are read: that of the line, or those of both walls."""
         return self.walls or ((self.line,) if self.line else ())
-
-
-class GivenDrawing(DrawnLines):
-    """A drawn crack and its depth, for Python."""
-
-    depth_mm: Depth
-    """Depth of the crack."""
 
 
 class DrawingInput(DrawnLines):

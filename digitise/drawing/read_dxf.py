@@ -6,7 +6,7 @@ that meet end to end are joined.
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -220,25 +220,24 @@ def _closes(way_mm: Floats) -> bool:
 def drawn_crack(drawing: Drawing, crack: DrawnLines) -> Given:
     """Return the crack between two drawn walls, in either order, or along a line with a width.
 
-    s is 0 at the left end. Notes are added to the drawing. Raises InputError if a layer is missing, if its lines are of
-    the wrong kind, or if the lines bound no crack.
+    s is 0 at the left end. The unit and the size are the outline's ``scale_source``. Raises InputError if a layer is
+    missing, if its lines are of the wrong kind, or if the lines bound no crack.
     """
     lines_mm = [_way(drawing, layer) for layer in crack.layers]
     _require_size(drawing, np.vstack(lines_mm))
     name = f"{drawing.file}, layer {' and '.join(crack.layers)}"
     first_mm = lines_mm[0] if lines_mm[0][0, 0] <= lines_mm[0][-1, 0] else lines_mm[0][::-1]
     if crack.width_mm is not None:
-        drawn = outline_of_line(first_mm, np.array([[0.0, crack.width_mm]]), crack.box_mm, name)
+        outline, photo = outline_of_line(first_mm, np.array([[0.0, crack.width_mm]]), crack.box_mm, name)
     else:
         walls_mm = first_mm, same_way(first_mm, lines_mm[1])
         upper_first = signed_area(np.concatenate([walls_mm[1], walls_mm[0][::-1]])) > 0
         left_mm, right_mm = walls_mm if upper_first else walls_mm[::-1]
-        drawn = outline_between(left_mm, right_mm, crack.box_mm, name)
-    text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {_size(drawn[0].outline_mm)}" + (
+        outline, photo = outline_between(left_mm, right_mm, crack.box_mm, name)
+    text = f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {_size(outline.outline_mm)}" + (
         "" if crack.face_mm else ", and closed at both ends, since face_mm is not given"
     )
-    drawing.notes.append(Fact("drawing.unit", text, drawing.unit))
-    return drawn
+    return replace(outline, scale_source=text), photo
 
 
 def _way(drawing: Drawing, name: str) -> Floats:

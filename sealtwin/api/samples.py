@@ -8,7 +8,7 @@ from typing import Any, Literal, TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.drawing.given import DrawnUnit, GivenDrawing, GivenLine, GivenWalls
+from digitise.drawing.given import DrawnLines, DrawnUnit, GivenLine, GivenWalls
 from digitise.photo import Photo
 from digitise.settings import NO_SCALE, CrackShape, MarkerBoard, MeshInput, MeshUnit, PhotoInput, Tilt
 from sealtwin.api import FilePath, Points, content_of, file_of, public, settings_from, sha256_of, warn
@@ -399,13 +399,9 @@ class DrawingKeywords(TypedDict, total=False):
     units: DrawnUnit | None
 
 
-@public(GivenDrawing)
-def import_dxf(
-    drawing: FilePath,
-    depth_mm: float,
-    **keywords: Unpack[DrawingKeywords],
-) -> SampleSolid:
-    """Read a crack that is drawn from above in CAD. Its walls are upright and its floor is level.
+@public(DrawnLines)
+def import_dxf(drawing: FilePath, **keywords: Unpack[DrawingKeywords]) -> CrackOutline:
+    """Read a crack that is drawn from above in CAD.
 
     Parameters
     ----------
@@ -414,9 +410,9 @@ def import_dxf(
 
     Returns
     -------
-    SampleSolid
-        The solid in mm, with its crack. z is 0 on the face, and the origin is that of the drawing. The crack's
-        ``warnings`` state the drawing's unit and the parts of the drawing that were not read.
+    CrackOutline
+        The crack in mm. The origin is that of the drawing. Its ``scale_source`` states the drawing's unit, and its
+        ``warnings`` the parts of the drawing that were not read.
 
     Raises
     ------
@@ -426,23 +422,21 @@ def import_dxf(
 
     Examples
     --------
-    >>> solid = st.import_dxf("crack.dxf", depth_mm=10, line="MIDDLE", width_mm=3)
-    >>> round(solid.crack.length_mm)
+    >>> crack = st.import_dxf("crack.dxf", line="MIDDLE", width_mm=3)
+    >>> round(crack.length_mm)
     60
     """
     file = file_of(drawing, "drawing")
-    settings = settings_from(GivenDrawing, "import_dxf", keywords, depth_mm=depth_mm)
+    settings = settings_from(DrawnLines, "import_dxf", keywords)
     from digitise.drawing.read_dxf import drawn_crack, open_drawing
-    from digitise.solid.build_solid import build_solid
 
     drawn = open_drawing(file, settings.units)
     try:
-        outlined, photo = drawn_crack(drawn, settings)
-        solid = build_solid(outlined, CrackShape(depth_mm=settings.depth_mm, tilt="vertical"))
+        outline, photo = drawn_crack(drawn, settings)
     except ShapeError as fault:
         raise InputError(f"{file}: {fault.wrong} Check units, and the lines on the crack's layers.") from None
-    outlined = replace(outlined, warnings=(*outlined.warnings, *drawn.notes))
-    return SampleSolid(**content_of(solid), crack=_without_trace(outlined, photo, settings.data, file))
+    outline = replace(outline, warnings=(*outline.warnings, *drawn.notes))
+    return _without_trace(outline, photo, settings.data, file)
 
 
 def _without_trace(outline: Outline, photo: Photo, data: DataKind, content: Path | NDArray[Any]) -> CrackOutline:

@@ -235,6 +235,7 @@ FORMS = {
     "drawing.line": "LAYER",
     "formats": "A,B",
     "caliper": "SHEET",
+    "readings.file": "SHEET",
     "scheduler": "tls://HOST:PORT",
 }
 """Format of an option's text, by the key of the field, if the value is not a single number, word or file.
@@ -249,6 +250,7 @@ NAMES = {
     "photo.via_px": "via",
     "photo.roi_px": "roi",
     "formats": "format",
+    "readings.file": "caliper",
 }
 """Names of the options that are not named after their field, by the key of the field."""
 SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)

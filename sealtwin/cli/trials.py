@@ -8,7 +8,6 @@ import typer
 from sealtwin.cli.answer import Command, answers
 from sealtwin.cli.options import FLUID, SAMPLE, File, Given, Out, argument, flag, option
 from sealtwin.cli.trial_answer import resume, run_file
-from sealtwin.core.errors import InputError
 
 if TYPE_CHECKING:
     from digitise.robots.cell import ProgramOptions
@@ -83,12 +82,11 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
     return [f"Pump: the program requests {requested} mm³/s, so that the pump gives {wanted} mm³/s ({within}){waits}."]
 
 
-@answers(*SAMPLE, *FLUID, device=True)
+@answers(*SAMPLE, *FLUID, "readings.file", device=True)
 def quick(
     command: Command,
     target: Annotated[Path, argument("FILE", "Photo from above, mesh (STL, PLY, GLB) or drawing (DXF) of the crack.")],
     settings: Given,
-    caliper: Annotated[File, option("Readings taken after sealing, CSV or XLSX.", "SHEET")] = None,
     out: Out = None,
 ) -> None:
     """Make a mesh, a path, a fluid run and a report from a photo and a depth. The run is a draft.
@@ -99,10 +97,7 @@ def quick(
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
-    sheet = {} if caliper is None else {"readings.file": caliper.absolute()}
-    if twice := sheet.keys() & settings.keys():
-        raise InputError(f"--caliper {caliper}: {twice.pop()} is given twice; give it only once.")
-    run_file(command, target, out, ALL_STAGES, {"solver.preset": "draft", **settings, **sheet})
+    run_file(command, target, out, ALL_STAGES, {"solver.preset": "draft", **settings})
 
 
 @answers(device=True)

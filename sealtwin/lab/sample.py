@@ -33,7 +33,6 @@ from validate.readings.grid import SheetFaults, listed
 from validate.readings.read_readings import read_readings
 from validate.readings.words import sample_key
 from validate.settings import Declared
-from validate.units import assumed_words
 
 Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
 """State of a sample's trial after an ingest. It is "failed" if there are questions about the sample."""
@@ -255,9 +254,8 @@ def prepare(sample: LabSample) -> None:
     except InputError as fault:
         sample.refuse(fault)
         return
-    words = (name for name in trial.assumptions if name not in sample.stand_ins)
-    if assumed := assumed_words({name: trial.assumptions[name] for name in words}):
-        sample.remarks.append(f"Assumed: {', '.join(assumed)}. Write your values into {DEFAULTS} or the sample's note.")
+    if assumed := ", ".join(trial.assumed_words):
+        sample.remarks.append(f"Assumed: {assumed}. Write your values into {DEFAULTS} or the sample's note.")
     if trial.crack is not None and trial.crack.fill is not None and (file := sample.file("fill")):
         try:
             trial.crack.fill.model_copy(update={"file": Path(file)}).loaded(sample.folder)

@@ -103,9 +103,7 @@ class Trial(Settings):
         if self.mesh is not None and self.crack is not None:
             raise ValueError("[mesh] cannot be combined with [crack], since a mesh already has depth and walls")
         if self.mesh is None and self.crack is None and not (self.photo and self.photo.path_only):
-            raise ValueError(
-                f"[crack] is missing; give crack.depth_mm (option --depth-mm), since a {self.kind} does not show the depth"
-            )
+            raise ValueError(f"[crack] is missing; give crack.depth_mm (--depth-mm), which no {self.kind} shows")
         if unknown := [name for name in self.assumed if name not in (*SETTINGS, *ORIGINS)]:
             raise ValueError(f"assumed: {'; '.join(map(no_such_setting, unknown))}")
         face = self.photo and self.photo.face_mm
