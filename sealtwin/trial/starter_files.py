@@ -15,7 +15,7 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import write_bytes, write_unless_other
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import table_of
-from sealtwin.trial.trial_file import KINDS, Kind, SettingValues, Trial, checked_trial, names_in, with_settings
+from sealtwin.trial.trial_file import KINDS, Kind, SettingValues, Trial, checked_trial, with_settings
 from simulate.settings import LAWS
 
 TEMPLATES = resources("sealtwin").joinpath("templates")
@@ -48,8 +48,7 @@ def begun(content: Mapping[str, Any], settings: SettingValues) -> dict[str, Any]
     if settings.keys() & {f"fluid.{key}" for key in LAWS}:
         # A sealant whose law of flow is given has no yield stress unless the user gives it: an oil has none.
         sealant = {"fluid.freeze_after_s": SEALANT["fluid.freeze_after_s"]}
-    changed = with_settings({**with_settings(content, sealant), "assumed": list(sealant)}, settings)
-    return changed | {"assumed": [name for name in changed["assumed"] if name in names_in(changed)]}
+    return with_settings({**with_settings(content, sealant), "assumed": list(sealant)}, settings)
 
 
 def begin_trial(file: Path, settings: SettingValues) -> Trial:

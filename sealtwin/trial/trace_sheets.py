@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from digitise.image.decoding import PHOTO_SUFFIXES
-from digitise.settings import PhotoInput
 from digitise.trace_page.page import Opened, Sheet
 from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, Shape, TraceSession
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_bytes
 from sealtwin.core.plain_files import read_bytes
-from sealtwin.core.settings import checked
 from sealtwin.trial.job import TRIAL_SUFFIX
-from sealtwin.trial.starter_files import NOBODY, starter_text
+from sealtwin.trial.starter_files import NOBODY, begin_trial, starter_text
 from sealtwin.trial.trial_file import SettingValues, checked_trial, load_trial, seen_from, with_settings
 
 
@@ -68,23 +66,22 @@ def _opened(path: Path, replacements: SettingValues) -> Opened:
     # The page may already have saved a trial for this photo.
     if path.suffix.lower() != ".toml" and _traced(path):
         path = path.with_suffix(".toml")
-    if path.suffix.lower() == ".toml":
-        loaded = load_trial(path, replacements)
-        settings = loaded.photo
-        if settings is None:
-            raise InputError(f"{path}: this trial starts from a mesh and has no photo to trace.")
-        # A trial for a path without a solid has no table [crack].
-        shape = Shape() if loaded.crack is None else Shape.of(loaded.crack)
-        trial, hints = TrialFile(path, replacements), Hints.of(settings)
-        facts = {"saves_to": f"Saves to {path.name}, and keeps its comments."}
-        runs, new = loaded.fluid is not None, False
-        tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key, None), tuple)]
-    else:
-        trial = new_trial(path, replacements)
-        settings, hints = _of_photo(path, replacements)
-        shape, tables = _shape(path, replacements)
-        facts = {"saves_to": f"Writes {trial.path.name} to the photo's folder, with the sealant of 'sealtwin init'."}
-        runs, new = True, True
+    new = path.suffix.lower() != TRIAL_SUFFIX
+    temporary = _temporary(replacements) if new else {}
+    loaded = begin_trial(path, temporary | replacements) if new else load_trial(path, replacements)
+    if loaded.photo is None:
+        raise InputError(f"{path}: this trial starts from a {loaded.kind} and has no photo to trace.")
+    trial = new_trial(path, replacements) if new else TrialFile(path, replacements)
+    # A trial for a path without a solid has no table [crack].
+    hints, shape = Hints.of(loaded.photo), Shape() if loaded.crack is None else Shape.of(loaded.crack)
+    if "photo.mm_per_px" in temporary:
+        hints = hints.model_copy(update={"mm_per_px": None})
+    if "crack.depth_mm" in temporary:
+        shape = shape.model_copy(update={"depth_mm": None})
+    saves_to = f"Writes {trial.path.name} to the photo's folder." if new else f"Saves to {path.name}."
+    runs, settings = loaded.fluid is not None, loaded.photo
+    tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key, None), tuple)]
+    facts: dict[str, Any] = {"saves_to": saves_to}
     facts |= {"is_new": new, "path_only": bool(settings.path_only), "shape": shape.entries(), "tables": tables}
 
     def save(hints: Hints, shape: Shape) -> dict[str, Any]:
@@ -99,24 +96,11 @@ def _opened(path: Path, replacements: SettingValues) -> Opened:
     return Opened(TraceSession(settings, path.parent, hints), save, facts)
 
 
-def _of_photo(path: Path, replacements: SettingValues) -> tuple[PhotoInput, Hints]:
-    """Return settings and hints of a photo without a trial. Raises InputError if a replacement cannot be used."""
-    photo = {"photo": {"file": path.name, "data": "undeclared"}}
-    content = with_settings(photo, seen_from(path.parent, replacements))["photo"]
-    has_scale = content.keys() & {"markers", "face_mm", "ruler_px", "mm_per_px"}
-    unscaled = {} if has_scale else {"mm_per_px": UNSCALED_MM_PER_PX}
-    settings = checked(PhotoInput, path, content | unscaled)
-    return settings, Hints.of(settings).model_copy(update=dict.fromkeys(unscaled))
-
-
-def _shape(path: Path, replacements: SettingValues) -> tuple[Shape, list[str]]:
-    """Return the crack's shape from ``replacements``, and the names of its settings that are tables along the crack.
-
-    Raises InputError if a value cannot be used.
-    """
-    values = {key: replacements[f"crack.{key}"] for key in Shape.model_fields if f"crack.{key}" in replacements}
-    tables = [key for key, value in values.items() if isinstance(value, list)]
-    return checked(Shape, path, {key: value for key, value in values.items() if key not in tables}), tables
+def _temporary(replacements: SettingValues) -> dict[str, Any]:
+    """Return values of the scale and the depth for a photo of which they are not known yet."""
+    scales = {f"photo.{key}" for key in ("markers", "face_mm", "ruler_px", "mm_per_px")}
+    whether = {"photo.mm_per_px": scales & replacements.keys(), "crack.depth_mm": "crack.depth_mm" in replacements}
+    return {name: UNSCALED_MM_PER_PX for name, is_given in whether.items() if not is_given}
 
 
 class TrialFile:
