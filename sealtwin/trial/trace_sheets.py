@@ -68,7 +68,7 @@ def _opened(path: Path, replacements: SettingValues) -> Opened:
         path = path.with_suffix(".toml")
     new = path.suffix.lower() != TRIAL_SUFFIX
     temporary = _temporary(replacements) if new else {}
-    loaded = begin_trial(path, temporary | replacements) if new else load_trial(path, replacements)
+    loaded = begin_trial(path, {**temporary, **replacements}) if new else load_trial(path, replacements)
     if loaded.photo is None:
         raise InputError(f"{path}: this trial starts from a {loaded.kind} and has no photo to trace.")
     trial = new_trial(path, replacements) if new else TrialFile(path, replacements)
