@@ -115,7 +115,7 @@ def faults_of_the_cavity(solid: Solid, slicer: Slicer) -> list[str]:
     x_min, y_min, x_max, y_max = solid.block_mm
     bottom_mm = float(solid.vertices_mm[:, 2].min())
     block = Manifold.cube((x_max - x_min, y_max - y_min, -bottom_mm)).translate((x_min, y_min, bottom_mm))
-    cavity = block - Manifold(Mesh64(solid.vertices_mm, solid.faces.astype(np.uint64)))
+    cavity = block - Manifold(Mesh64(solid.vertices_mm.copy(), solid.faces.astype(np.uint64)))
     pieces = [piece for piece in cavity.decompose() if piece.volume() > 1e-3]
     euler = sum(2 - 2 * piece.genus() for piece in pieces)
     mouth = slicer.between_walls(BELOW_MM).to_polygons()

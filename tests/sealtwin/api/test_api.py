@@ -175,9 +175,9 @@ def test_run_trial_gives_the_same_run_as_inject(lab, run, tmp_path, monkeypatch)
     """Both read the records of the trial's folder; the last digits of those in memory would give other particles."""
     leave_out_pages(monkeypatch)
     done = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
-    fluid, solver = st.Fluid(U=30, D_cm=0.3, freeze_after_s=0.2), st.Solver(**COARSE)
+    fluid, solver = st.Fluid(U=30, D_cm=0.3, freeze_after_s=0.2), st.Solver(**COARSE, settle_s=0.0)
     trial = st.open_run(tmp_path / "run")
-    anew = st.inject(trial.path, fluid, solver=solver)
+    anew = st.inject(trial.path, fluid, solver=solver, nozzle=st.Nozzle(diameter_mm=2.4))
     assert trial.run.position_mm == pytest.approx(anew.position_mm, abs=1e-5), "particles.csv rounds"
     assert trial.level.level_mm == pytest.approx(anew.level.level_mm, abs=1e-5)
     assert trial.run.settings == anew.settings
@@ -295,8 +295,7 @@ def path(solid) -> st.PlannedPath:
 def test_fill_fast_gives_the_same_level_as_inject_with_the_fast_model(solid, path, tmp_path, monkeypatch):
     """``inject`` runs the same model and takes longer, since it also searches for suitable settings."""
     filled = st.fill_fast(path, PASTE)
-    with pytest.warns(RuntimeWarning, match="fast model"):
-        run = st.inject(path, PASTE, solver=st.Solver(model="slot", settle_s=2.0))
+    run = st.inject(path, PASTE, solver=st.Solver(model="slot"))
     assert np.array_equal(filled.level.level_mm, run.level.level_mm)
     assert filled.dispensed_volume_mm3 == pytest.approx(path.dispensed_mm3)
     leave_out_figures(monkeypatch)

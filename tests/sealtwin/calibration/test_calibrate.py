@@ -94,12 +94,12 @@ def test_smooth_errors_and_ranges_are_of_the_trials_own_path(lab):
     twin.require([Free("path.trim_mm", 0.0, 3.0)])
 
 
-def test_the_error_for_a_malformed_free_option_quotes_its_text():
+def test_the_error_for_a_malformed_free_option_names_the_option():
     for text in ("fluid.U", "fluid.U=3", "fluid.U=3:x", "=3:4"):
         answer = CliRunner().invoke(app, ["calibrate", "trial.toml", "--free", text])
-        assert answer.exit_code == 2
-        assert text in answer.output
-    assert CliRunner().invoke(app, ["calibrate", "t.toml", "--free", "fluid.U=1:3", "--budget", "39"]).exit_code == 2
+        assert answer.exit_code == 3
+        assert "--free" in answer.output
+    assert CliRunner().invoke(app, ["calibrate", "t.toml", "--free", "fluid.U=1:3", "--budget", "39"]).exit_code == 3
 
 
 def emulated_trials(lab):

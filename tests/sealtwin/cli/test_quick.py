@@ -67,7 +67,7 @@ def test_a_trial_that_the_user_edited_is_run_in_its_folder_and_never_replaced(la
 
 @pytest.mark.parametrize(
     ("more", "named"),
-    [(("--caliper", "none.csv"), "none.csv: not found"), (("--mm-per-px", "9"), "photo.mm_per_px = 9.0: ")],
+    [(("--caliper", "none.csv"), "none.csv: not found"), (("--mm-per-px", "9"), "--mm-per-px = 9: ")],
 )
 def test_the_quick_command_with_unusable_input_leaves_no_output_folder(lab, more, named):
     answer = _quick(lab, *more)

@@ -101,9 +101,9 @@ def test_a_marker_frame_or_its_table_overwrites_no_existing_file(tmp_path, names
 @pytest.mark.parametrize(
     ("arguments", "code", "named"),
     [
-        ("--face-mm 160", 2, "--face-mm 160: expected WxH"),
-        ("--face-mm 160x40 --out frame.png", 2, ".pdf"),
-        ("--face-mm 160x40 --toml frame.pdf", 2, "same file"),
+        ("--face-mm 160", 3, "--face-mm"),
+        ("--face-mm 160x40 --out frame.png", 3, ".pdf"),
+        ("--face-mm 160x40 --toml frame.pdf", 3, "same file"),
     ],
 )
 def test_a_marker_frame_that_cannot_be_printed_is_refused(tmp_path, monkeypatch, arguments, code, named):

@@ -97,8 +97,8 @@ def test_a_path_that_is_not_a_run_folder_is_refused(tmp_path):
     (tmp_path / "mine" / "trial.toml").write_text("mine")
     for path, fault, create in (
         (tmp_path / "mine", r"trial\.toml", True),
-        (tmp_path / "mine" / "trial.toml", "is a file, but --out", True),
-        (tmp_path / "mine" / "trial.toml" / "below", "is a file, but --out", True),
+        (tmp_path / "mine" / "trial.toml", "is a file, but", True),
+        (tmp_path / "mine" / "trial.toml" / "below", "is a file, but", True),
         (tmp_path / "none", "not a run folder", False),
         (tmp_path / "caf\udce9", r"caf\\xe9: the name is not UTF-8", True),
     ):

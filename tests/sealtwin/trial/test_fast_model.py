@@ -41,7 +41,7 @@ def test_the_report_of_a_trial_by_the_fast_model_names_the_model(tmp_path, monke
     fluid, compared = present(finished.result.fluid, "fluid"), present(finished.result.comparison, "comparison")
     assert {fluid.particles, fluid.escaped_particles, fluid.spilled_particles} == {None}
     report = read_json(out / "report.json")
-    assert "the fast model, not by particles" in report["cautions"][0]["text"]
+    assert report["headline"][0]["key"] == "verdict.screening"
     assert "gate of 9 mm is not applied" in report["headline"][0]["text"]
     lines = result_lines(finished.result, "validate", can_be_varied=finished.can_be_varied)
     assert not [line for line in lines if "--uncertainty" in line]

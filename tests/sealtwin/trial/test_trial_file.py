@@ -235,7 +235,7 @@ def test_a_draft_has_the_viscosity_and_the_drag_of_the_trial(fluid):
         flows.append((weights.viscosity_pa_s, weights.yield_cm2_s2, weights.wall_weight_cm / frame_s))
     assert flows[0] == pytest.approx(flows[1], rel=1e-6)
     crack = sample.solid, sample.outline
-    run = injected(crack, sample.trajectory, trial.given_fluid, preset="draft", radius_mm=0.4)
+    run = injected(crack, sample.trajectory, trial.given_fluid, preset="draft", radius_mm=0.4, settle_s=2.0)
     assert run.pour.solver == draft.solver
     assert run.pastes[0].viscosity_pa_s == pytest.approx(flows[0][0])
     others = {"fluid", "solver", "nozzle"}
