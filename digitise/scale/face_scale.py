@@ -43,7 +43,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
     if corners_px is None:
         raise InputError(
             f"{pixels.file}: face_mm gives the scale only together with face_corners_px, the four corners of the face. "
-            "Click them with 'sealtwin trace', or give another scale."
+            "Click them with 'sealtwin trace', give '--set photo.face_corners_px=[[x, y], ...]', or give another scale."
         )
     fit = fit_corners(corners_px, rectangle(face_mm), CLICKED_PX)
     places = places_px(fit.view, face_mm)

@@ -127,7 +127,7 @@ def trace(
             "If no page appears, open this address. The command ends when you save or quit there, or with Ctrl-C."
         )
         if not options.no_browser and not webbrowser.open(door):
-            command.say("No browser could be opened. Open this address yourself.")
+            command.say("No browser could be opened. Open this address yourself, or write photo.ends_px.")
         try:
             page.wait()
         except KeyboardInterrupt:

@@ -87,7 +87,7 @@ def _reply(
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
     lines = result_lines(result, stages[-1], printed, can_be_varied=done.can_be_varied)
     if "validate" in stages and result.comparison is None and done.can_be_planned:
-        lines.append(f"{'Next':<{LABEL_LETTERS}}{sentence('terminal_next', file=trial_file)}")
+        lines.append(f"{'Next':<{LABEL_LETTERS}}{sentence('terminal_next', file=trial_file, assumed=result.assumed)}")
     command.reply(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0)
 
 

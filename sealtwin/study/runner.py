@@ -24,7 +24,6 @@ from sealtwin.study.study_folder import (
     FILL,
     OUTCOME,
     PROFILE,
-    STATES,
     Outcome,
     Plan,
     RunErrors,
@@ -224,7 +223,7 @@ def launch(
             progress.expect(time_left_s(runs, min(jobs, len(launches)), elapsed_s))
             progress.later(slowness(runs) * options.later_s)
         states = Counter(run.state for run in runs)
-        counts = ", ".join(f"{states[state]} {state}" for state in STATES if state in states)
+        counts = f"{states['done']} of {len(runs)} runs done, {states['failed']} failed"
         progress.advance(round(100 * (work_s - waiting_s(runs))), counts)
 
     def show_during_runs() -> None:

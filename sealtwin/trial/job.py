@@ -298,18 +298,17 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     Raises InputError if the stage is not finished, or if it ran with settings that differ from the trial.
     """
     require_solid(job)
-    again = f"'sealtwin {stage} {job.path}'" if stage != "digitise" else f"'sealtwin run TRIAL --out {job.path}'"
+    file = display_path(job.file or job.path / TRIAL)
+    again = f"'sealtwin run {file}'"
     made_with = job.folder.settings_of(stage)
     missing = [name for name in names if not (job.path / name).is_file()]
     if made_with is None or missing:
         cause = f" ({missing[0]} is missing)" if missing else ""
         raise InputError(f"{job.path}: the stage {stage} is not finished{cause}. First run {again}.")
     wanted = stage_settings(job.trial, stage)
-    tables = dict.fromkeys((*wanted, *made_with))
-    if differing := [table for table in tables if made_with.get(table) != wanted.get(table)]:
+    if differing := [table for table in {**wanted, **made_with} if made_with.get(table) != wanted.get(table)]:
         raise InputError(
-            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] differs from the settings with which {stage} ran. "
-            f"First run {again} with these settings."
+            f"{file}: [{'], ['.join(differing)}] differs from the settings with which {stage} ran. First run {again}."
         )
     if other := job.other_numbers(stage):
         text = f"{job.path}: the files of {stage} were computed by {other}. {again} computes them again."

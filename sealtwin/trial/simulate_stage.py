@@ -9,6 +9,7 @@ from sealtwin.core.records import Run
 from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
+from sealtwin.trial.trial_file import Output
 from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, StillThere
 
 CHECKPOINT = "checkpoint.npz"  # File with the checkpoint of an unfinished run
@@ -89,7 +90,8 @@ def _note_missed(job: Job, run: Run) -> None:
     """Show a note if snapshots are missing because the run ended before their time."""
     health = run.health.recorded()
     end_s = health["frames"] * health["frame_s"]
-    if late := [f"{t_s:g}" for t_s in sorted(set(job.trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
+    wanted_s = set(job.trial.output.snapshots_s) - set(Output().snapshots_s)
+    if late := [f"{t_s:g}" for t_s in sorted(wanted_s) if t_s > PAST_THE_END * end_s]:
         job.progress.note(f"note: there is no snapshot at {', '.join(late)} s, since the run ended at {end_s:.2f} s.")
 
 

@@ -190,9 +190,11 @@ def test_run_trial_gives_the_same_run_as_inject(lab, run, tmp_path, monkeypatch)
         st.compare(trial.level, st.read_readings(READINGS, st.build_solid(trial.crack, 9, tilt="vertical")))
 
     content = json.loads(load_trial(lab / "trial.toml").model_dump_json(exclude_none=True))
-    again = st.run_trial(content, source=lab, out=tmp_path / "run")
-    assert (done.redone, again.redone) == (("digitise", "simulate", "validate"), ())
-    with pytest.raises(InputError, match=r"crack\.png"):
+    with pytest.raises(InputError, match=r"trial\.toml, so"):
+        st.run_trial(content, source=lab, out=tmp_path / "run")
+    first, again = (st.run_trial(content, source=lab, out=tmp_path / "again") for _ in range(2))
+    assert (first.redone, again.redone) == (("digitise", "simulate", "validate"), ())
+    with pytest.raises(InputError, match=r"readings\.csv: not found"):
         st.run_trial(content, out=tmp_path / "other")
     assert not (tmp_path / "other").exists()
 

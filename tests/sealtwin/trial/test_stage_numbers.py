@@ -79,7 +79,7 @@ def test_a_stage_that_reads_files_of_another_stage_number_gives_a_note(run, monk
     with job_in(run, narration) as job:
         run_stages(job, ("simulate",))
         assert job.folder.numbers_of("simulate") == numbers_up_to("simulate") | {"digitise": before["digitise"]}
-    words = f"computed by digitise {before['digitise']}, while this version has digitise 999. 'sealtwin run TRIAL"
+    words = f"computed by digitise {before['digitise']}, while this version has digitise 999. 'sealtwin run "
     assert any(words in note for note in narration.notes)
 
 
