@@ -23,7 +23,7 @@ KINDS: dict[Any, tuple[str, str]] = {
     float: ("number", "numbers"),
     str: ("text", "texts"),
     bool: ("true or false", "true or false"),
-    Path: ("path of a file", "paths of files"),
+    Path: ("filename", "filenames"),
     Any: ("any value", "any values"),
 }
 """Name of each type in the singular and the plural."""

@@ -1,6 +1,8 @@
 """Commands of samples: digitise with meshes and drawings, export and markers."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -57,6 +59,20 @@ def test_a_crack_exported_to_dxf_and_imported_again_is_the_same(run, tmp_path):
         assert after["length_mm"] == pytest.approx(before["length_mm"], rel=0.03)
         assert after["mean_width_mm"] == pytest.approx(before["mean_width_mm"], rel=0.05)
         assert (folder / "trial.toml").is_file()
+
+
+@pytest.mark.parametrize("kind", ["photo", "mesh", "drawing"])
+def test_a_process_leaves_no_line_of_a_library_on_the_terminal(run, tmp_path, kind):
+    """Nanobind writes the objects that a process leaks as it ends."""
+    depth, given = ("--depth-mm", "8"), {"photo": [run / "trial.toml"], "mesh": [write(tmp_path / "scan.stl")]}
+    if kind == "drawing":
+        assert sealtwin("export", run, "--format", "dxf", "--out", tmp_path).exit_code == 0
+        given[kind] = [tmp_path / "crack.dxf", *depth, "--walls", "WALL_LEFT", "WALL_RIGHT"]
+    elif kind == "mesh":
+        given[kind] += ["--units", "mm"]
+    line = [Path(sys.executable).with_name("sealtwin"), "digitise", *given[kind], "--out", tmp_path / "run", "--quiet"]
+    done = subprocess.run(line, capture_output=True, text=True, check=True)
+    assert [text for text in done.stderr.splitlines() if not text.startswith("note: ")] == []
 
 
 def test_the_export_command_refuses_foreign_folders_and_existing_files(run, tmp_path):
