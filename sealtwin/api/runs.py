@@ -168,8 +168,7 @@ def inject(
     path, fluid
         The nozzle's path and the sealant.
     solver, nozzle
-        Settings of the solver and the nozzle. Default: ``Solver(radius_mm="auto", settle_s=2)``, as in
-        ``sealtwin init``, and ``Nozzle()``, 2.4 mm wide.
+        Settings of the solver and the nozzle. Default: ``Solver()`` and ``Nozzle()``, as in ``sealtwin init``.
     device
         "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU. A device that does
         not exist is an error.
@@ -211,8 +210,8 @@ def inject(
     from simulate.run import fill
     from validate.run_facts import run_warnings
 
-    solver = solver or Solver(radius_mm="auto", settle_s=2.0)
-    nozzle, fluid, chosen = nozzle or Nozzle(), fluid.loaded(Path()), choose_device(device)
+    solver, nozzle = solver or Solver(), nozzle or Nozzle()
+    fluid, chosen = fluid.loaded(Path()), choose_device(device)
     if (run.threads or 1) > 1 and chosen != "cpu":
         raise InputError(f"inject: threads = {run.threads}: should be 1 on a GPU.")
     with shown_progress(progress) as shown:
@@ -243,7 +242,7 @@ def fill_fast(
     settle_s
         Simulated time after the nozzle has stopped, in s.
     nozzle
-        Settings of the nozzle. Default: ``Nozzle()``, 2.4 mm wide.
+        Settings of the nozzle. Default: ``Nozzle()``, 2.4 mm wide, or as wide as a narrower crack.
 
     Returns
     -------

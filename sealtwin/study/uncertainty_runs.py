@@ -258,7 +258,7 @@ def inputs_of(job: Job) -> dict[str, str]:
     if other := job.other_numbers("simulate"):
         raise InputError(
             f"{job.path}: the level was computed by {other}, so extra runs would use a different solver. First run "
-            f"'sealtwin run TRIAL --out {job.path}'."
+            f"'sealtwin run {job.path}/trial.toml'."
         )
     return inputs
 

@@ -94,7 +94,7 @@ def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[
         last = stage or (finished[-1] if finished else None)
         if last and (other := other_numbers(folder.numbers_of(last), numbers_up_to(last))):
             path = display_path(folder.path)
-            sentences.append(f"{path}: computed by {other}. 'sealtwin run TRIAL --out {path}' computes it again.")
+            sentences.append(f"{path}: computed by {other}. 'sealtwin run {path}/{TRIAL}' computes it again.")
     return sentences
 
 

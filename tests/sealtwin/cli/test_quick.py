@@ -1,15 +1,20 @@
 """'sealtwin quick': from a photo and a depth to a report that lists all assumptions."""
 
 import json
+import re
 import tomllib
 
 import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import read_trajectory
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import SIMULATED, made_by, start_job
 from sealtwin.trial.starter_files import SEALANT
-from sealtwin.trial.trial_file import UNMEASURED
+from sealtwin.trial.trial_file import UNMEASURED, load_trial
 from tests.support.report_stubs import leave_out_pages
 from tests.support.tiny_study import READINGS, tiny_lab
 
@@ -49,6 +54,22 @@ def test_the_quick_command_writes_a_report_and_names_what_was_assumed(lab):
     again = CliRunner().invoke(app, ["run", str(out / "trial.toml"), "--device", "cpu"])
     assert "nothing to redo" in again.stderr
     assert _quick(lab, "--caliper", str(lab / "caliper.csv")).exit_code == 0
+
+
+def test_each_remedy_names_the_trial_file_that_the_user_has(lab):
+    """The run folder's own copy stays as it was when somebody edits the trial in the lab's folder."""
+    answer = _quick(lab)
+    assert answer.exit_code == 0, answer.output
+    assert f"'sealtwin run {lab / 'out' / 'trial.toml'}'" in answer.stdout, "a quick run has assumed values to correct"
+    assert "no snapshot" not in answer.stderr, "nobody asked for the times of the default"
+    trial = lab / "trial.toml"
+    run = ("run", str(trial), "--out", str(lab / "run"), "--device", "cpu")
+    assert CliRunner().invoke(app, run).exit_code == 0
+    with open_folder(lab / "run", create=False) as folder:
+        edited = load_trial(trial, {"fluid.U": 4.0})
+        job = start_job(edited, lab, folder, "cpu", Progress(), trial)
+        with pytest.raises(InputError, match=re.escape(f"'sealtwin run {trial}'")):
+            made_by(job, "simulate", SIMULATED)
 
 
 def test_a_trial_that_the_user_edited_is_run_in_its_folder_and_never_replaced(lab):
