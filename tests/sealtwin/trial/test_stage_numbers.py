@@ -79,7 +79,8 @@ def test_a_stage_that_reads_files_of_another_stage_number_gives_a_note(run, monk
     with job_in(run, narration) as job:
         run_stages(job, ("simulate",))
         assert job.folder.numbers_of("simulate") == numbers_up_to("simulate") | {"digitise": before["digitise"]}
-    words = f"computed by digitise {before['digitise']}, while this version has digitise 999. 'sealtwin run "
+    words = f"computed by digitise {before['digitise']}, while this version has digitise 999. "
+    words += f"'sealtwin run {display_path(run / 'trial.toml')}'"
     assert any(words in note for note in narration.notes)
 
 
@@ -102,7 +103,8 @@ def test_every_command_states_once_that_another_version_computed_the_run(run, tm
         answers = [CliRunner().invoke(app, [*command, *more]) for more in ([], ["--json"])]
         assert [answer.exit_code for answer in answers] == [0, 0], answers[0].stderr
         sentence = (
-            f"{display_path(run)}: computed by {raised} {own}, while this version has {raised} 999. 'sealtwin run TRIAL"
+            f"{display_path(run)}: computed by {raised} {own}, while this version has {raised} 999. "
+            f"'sealtwin run {display_path(run / 'trial.toml')}'"
         )
         assert answers[0].stdout.count(sentence) == times
         others = json.loads(answers[1].stdout)["other_versions"]
