@@ -12,6 +12,7 @@ particles two are judged that cost nothing: the flat line of the poured volume, 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -116,7 +117,9 @@ def spread_of(base: Base, sizes: Sizes, s_mm: Floats = STATIONS_MM) -> Spread:
     """Return the runs at ``s_mm`` that a prediction's band follows from."""
     unfit, fast = base.run.unfit, base.profile
     fast_mm = None if unfit else np.interp(s_mm, fast.s_mm, fast.level_mm)
-    return Spread(s_mm, sizes, (), None, None, draw(base, 0, Progress(), DRAWS), fast_mm, unfit)
+    with TemporaryDirectory() as parts:
+        draws = draw(base, 0, Progress(), Path(parts), DRAWS)
+    return Spread(s_mm, sizes, (), None, None, draws, fast_mm, unfit)
 
 
 def predicted(base: Base, spread: Spread, surface_tension_n_m: float | None = None) -> PredictedLevel:

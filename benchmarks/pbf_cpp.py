@@ -16,7 +16,7 @@ from simulate.fluid.pressure import LONGEST_CORRECTION
 from simulate.fluid.solver import FluidSolver
 from simulate.fluid.viscosity import OF_THE_CHANGE, OF_THE_RIGHT
 from simulate.kernels.conjugate_gradients import ROUNDS
-from simulate.kernels.pair_sums import ALONG, FOR_VISCOSITY, NEAREST_WALL
+from simulate.kernels.pair_sums import ALONG, NEAREST_WALL
 from simulate.kernels.pressure import UNDONE, UNDONE_RANGE
 from simulate.kernels.viscosity import MIN_MOMENT, WALL_MOMENT
 from simulate.shear_law import Law
@@ -125,6 +125,6 @@ def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:
         *(s.support, engine.step_s, engine.settings.damping_per_s, s.mass, s.density, s.slope),
         *(s.wall_density, s.wall_slope, s.relaxation, LONGEST_CORRECTION * s.support, thin, drag),
         *(carried, by_age[0, 1], paste.sticks.numpy()[0] * thin),
-        *(paste.per_viscosity, paste.slowest_shear, ALONG * FOR_VISCOSITY["poly6"], NEAREST_WALL),
+        *(paste.per_viscosity, paste.slowest_shear, ALONG, NEAREST_WALL),
         *(WALL_MOMENT, MIN_MOMENT, UNDONE, UNDONE_RANGE, OF_THE_RIGHT, OF_THE_CHANGE, ROUNDS),
     )

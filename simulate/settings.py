@@ -313,12 +313,10 @@ class Solver(Settings):
     may be at most 1 divided by the substep (550 in the paper's trial). At this value, a particle loses all its speed in
     a substep."""
     viscosity_solve: Literal["implicit", "explicit"] = "implicit"
-    """Solution of the viscosity. implicit: one linear solve per substep for any U, which conserves momentum. explicit:
-    Eq. 5 in q passes, as in the paper, as a reference. explicit is slow for U above 1000 or D above 1. At most 5000
-    passes are allowed, which is enough for yield stresses below 1 Pa."""
-    kernel: Literal["poly6", "gaussian"] | None = None
-    """Pair weight W of the viscosity. Both choices give the same viscosity. poly6: (1 - r²/h²)³. gaussian:
-    exp(-r²/h²) up to h, as in the paper. Default: poly6, or gaussian with the explicit solve."""
+    """Solution of the viscosity. implicit: one linear solve per substep for any U, which conserves momentum, with the
+    pair weight (1 - r²/h²)³. explicit: Eq. 5 in q passes with exp(-r²/h²) up to h, as in the paper, as a reference.
+    Both give the same viscosity. explicit is slow for U above 1000 or D above 1. At most 5000 passes are allowed, which
+    is enough for yield stresses below 1 Pa."""
     sleep: bool = True
     """If True, paste with a yield stress is no longer computed once it has come to rest, until something hits it or
     flows past it. The settled sealant is nearly the same, and the run takes only 60 to 75 % of the time."""
@@ -340,11 +338,6 @@ class Solver(Settings):
         False for the fast model, for which there are no device, no checkpoints and no estimate of the time.
         """
         return self.model != FAST
-
-    @property
-    def pair_kernel(self) -> str:
-        """Weight W of a pair of particles in the viscosity."""
-        return self.kernel or ("poly6" if self.viscosity_solve == "implicit" else "gaussian")
 
     @property
     def size_mm(self) -> float:

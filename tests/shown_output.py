@@ -1,7 +1,8 @@
 """Output shown in README and documentation, compared with what its commands print; as a command, rewritten.
 
 ``python -m tests.shown_output [--rewrite] [--quick] [--only PAGE]`` prints each difference as a diff; it ends with 1 if
-there is one. A page's commands run in order in one scratch folder with the fixture. Words behind a block's language:
+there is one. A page's commands run in order in one scratch folder with the two trials of
+``fixtures``. Words behind a block's language:
 
 - ``sh`` and ``python`` are run. ``slow``: over some 20 s, and so is what follows on the page. ``exits N``: with this
   code in place of 0. ``not-run``: needs what only the reader has, a network, or hours.
@@ -144,7 +145,8 @@ def differences_of(page: str, lines: Sequence[str], folder: Path, *, quick: bool
     """Run the page's blocks in ``folder``, if ``quick`` as far as the first slow one, and yield what is to change."""
     printed: dict[str, list[str]] = {}
     last: list[str] = []
-    shutil.copytree(FIXTURE, folder / "fixtures" / FIXTURE.name)
+    for fixture in (FIXTURE, FIXTURE.with_name("real-crack")):
+        shutil.copytree(fixture, folder / "fixtures" / fixture.name)
     for block in blocks_of(lines):
         mark = MARK.fullmatch(block.mark)
         if quick and block.mark == "slow":

@@ -1,6 +1,7 @@
 """Compare a simulated level with a measured one: errors, intervals, baselines and the verdict."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -177,7 +178,7 @@ def error_uncertainty(
     curve = Curve.of(error.x, error.value, measured.s_mm)
     calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
     spread = spread or Spread(measured.s_mm, None, (), None, None)
-    budget = of_readings.plus(*spread.errors(measured.s_mm, volume_level_mm))
+    budget = replace(of_readings, components=(*of_readings.components, *spread.errors(measured.s_mm, volume_level_mm)))
     inputs, together = spread.inputs_at(error.x).reported(error.x)
 
     def standard_mm(*kinds: Kind) -> float:

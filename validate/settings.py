@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, PrivateAttr, field_validator
 
@@ -35,14 +35,11 @@ Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 Role = Literal["calibrated-on", "held-out", "undeclared"]
 """Use of the readings. calibrated-on: the fluid was tuned on the readings, so the error is a residual and not a test.
 held-out: the fluid was not tuned on them. Only such readings can validate."""
+DIGIT_MM = 0.01  # Last digit of a digital caliper
+PDF = "report.pdf"  # File of the report that is written if output.pictures is True
 OF_CALIPERS = ("resolution_mm", "rounding", "datum_error_mm")
 """Settings of [readings] that a scan does not have."""
 SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
-
-
-def _spelt_once(unit: Any) -> Any:
-    """Return a unit in the spelling of ``Unit``."""
-    return "µm" if unit in MICROMETRES else unit
 
 
 class Columns(Settings):
@@ -98,7 +95,7 @@ class Declared(Settings):
     """Height of the datum above the sample's surface. It is required if the datum is not the sample's surface, because
     no sheet shows it."""
 
-    _one_spelling = field_validator("unit", mode="before")(_spelt_once)
+    _one_spelling = field_validator("unit", mode="before")(lambda unit: "µm" if unit in MICROMETRES else unit)
 
     @field_validator("as_written")
     @classmethod
@@ -147,8 +144,9 @@ class Readings(Declared):
     """State of the sealant when it was read. Cured sealant has lost part of the dispensed volume."""
     shrinkage_percent: float | None = Field(default=None, ge=0, lt=100)
     """Loss of volume between dispensing and reading, if the sealant had cured."""
-    resolution_mm: float = Field(default=0.01, gt=0, le=10)
-    """Resolution of the caliper, which is its last digit. Digital calipers have 0.01."""
+    resolution_mm: float | None = Field(default=None, gt=0, le=10)
+    """Resolution of the caliper, which is its last digit. Default: the largest step of which all readings are
+    multiples, or 0.01, as of digital calipers."""
     rounding: Rounding | None = None
     """Rounding of each number to the last digit. "nearest": as a digital caliper rounds. "down": to the next lower
     number. "toward_zero": as on a ruler that is read to the last mark passed. The last two differ for negative numbers:
@@ -169,6 +167,11 @@ class Readings(Declared):
         if twice := [name for name, times in Counter(fitted or ()).items() if times > 1]:
             raise ValueError(f"{twice[0]} is listed twice: list each setting only once")
         return fitted
+
+    @property
+    def digit_mm(self) -> float:
+        """Last digit of the caliper, or that of a digital caliper if it is not declared."""
+        return self.resolution_mm or DIGIT_MM
 
     @property
     def path(self) -> Path:

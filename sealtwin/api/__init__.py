@@ -67,13 +67,17 @@ def public(*kinds: type[Settings]) -> Callable[[Function], Function]:
         @wraps(function)
         def call(*arguments: Any, **keywords: Any) -> Any:
             if unknown := [key for key in keywords if key not in parameters]:
-                close = difflib.get_close_matches(unknown[0], parameters, n=1)
-                allowed = f"did you mean {close[0]}?" if close else f"allowed: {', '.join(sorted(parameters))}."
+                close = difflib.get_close_matches(unknown[0], parameters, n=2)
+                allowed = (
+                    f"did you mean {' or '.join(close)}?" if close else f"allowed: {', '.join(sorted(parameters))}."
+                )
                 raise InputError(f"{name}: there is no keyword {unknown[0]}; {allowed}")
             try:
                 values = whole.bind(*arguments, **keywords).arguments
             except TypeError as fault:
-                raise InputError(f"{name}: {fault}; the arguments are {', '.join(parameters)}.") from None
+                unnamed = [key for key, parameter in parameters.items() if parameter.kind is not parameter.KEYWORD_ONLY]
+                allowed = f"the arguments are {', '.join(parameters)}; without a name only {', '.join(unnamed)}."
+                raise InputError(f"{name}: {fault}; {allowed}") from None
             for key, value in values.items():
                 if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
                     values[key] = value.item()

@@ -44,7 +44,9 @@ def run_file(
     trial = begin_trial(file, settings or {}) if begins else load_trial(file, settings)
     with command.progress() as progress:
         done = pipeline.run_trial(trial, file, out, stages, command.device, progress, threads, cores())
-    _reply(command, done, stages, progress.warned, f"{done.result.folder}/{TRIAL}" if begins else file.as_posix())
+    if begins:
+        file, out = Path(done.result.folder, TRIAL), None
+    _reply(command, done, stages, progress.warned, file, out)
 
 
 def resume(
@@ -75,11 +77,16 @@ def resume(
         if uncertainty:
             vary(job)
         done = run_stages(job, (stage,))
-    _reply(command, done, (stage,), progress.warned, file.as_posix())
+    _reply(command, done, (stage,), progress.warned, file)
 
 
 def _reply(
-    command: Command, done: "FinishedStages", stages: "Sequence[StageName]", printed: "Sequence[Fact]", trial_file: str
+    command: Command,
+    done: "FinishedStages",
+    stages: "Sequence[StageName]",
+    printed: "Sequence[Fact]",
+    file: Path,
+    out: Path | None = None,
 ) -> None:
     from validate.sentences import sentence
 
@@ -87,7 +94,9 @@ def _reply(
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
     lines = result_lines(result, stages[-1], printed, can_be_varied=done.can_be_varied)
     if "validate" in stages and result.comparison is None and done.can_be_planned:
-        lines.append(f"{'Next':<{LABEL_LETTERS}}{sentence('terminal_next', file=trial_file, assumed=result.assumed)}")
+        again = file.as_posix() + (f" --out {out.as_posix()}" if out else "")
+        text = sentence("terminal_next", file=file.as_posix(), again=again, assumed=result.assumed)
+        lines.append(f"{'Next':<{LABEL_LETTERS}}{text}")
     command.reply(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0)
 
 

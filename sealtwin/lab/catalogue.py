@@ -14,7 +14,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.workers import Lost
 from sealtwin.lab.files import TRIAL, CatalogueFault, KeptFile, Placed
 from sealtwin.lab.tracing import write_trace
-from sealtwin.study.estimate import SETUP_S, size_of
+from sealtwin.study.estimate import SETUP_S, checked_size
 from sealtwin.study.pipeline import run_trial
 from sealtwin.study.runner import StudyOptions, launch
 from sealtwin.study.study_folder import StudyRun
@@ -240,5 +240,5 @@ def _work_s(lab: Path, record: Record) -> float:
         result = read_run(lab, record)
         if result is None or set(STAGES) - set(result.stages):
             trial = load_trial(folder / TRIAL).loaded(folder)
-            return size_of(trial.pour(record_files.read_sample(folder / RUN))).work_s + REPORT_S
+            return checked_size(trial.pour(record_files.read_sample(folder / RUN)))[0].work_s + REPORT_S
     return SETUP_S

@@ -101,7 +101,7 @@ def plan_on(
         verifier.ahead_s += verifier.work_s(runs, drafts=drafts)
     progress.note(
         f"Two baselines, {options.verify} rounds and {options.seeds} seeds: about "
-        f"{in_words(verifier.corrected_s(verifier.ahead_s))} in total. The first runs will correct this."
+        f"{in_words(verifier.left_s)} in total. The first runs will correct this."
     )
     rounds, baselines = list[Round](), verifier.judge("Baselines by particles", paths, drafts=drafts)
 
@@ -112,7 +112,7 @@ def plan_on(
         """
         verifier.ahead_s -= SEARCH_S
         progress.start(f"Searching, {name}", MAX_STEPS)
-        progress.later(verifier.corrected_s(verifier.ahead_s))
+        progress.later(verifier.left_s)
         # With a reserve, corrections do not add sealant. If the fast model were right, it would rise above the face.
         most = rounds[0].plan if rounds and options.reserve_mm > 0 else None
         goal = Goal(target_mm2, apart_mm2)

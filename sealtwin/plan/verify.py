@@ -19,7 +19,7 @@ from sealtwin.core.run_folder import stage_key
 from sealtwin.plan import PlanOptions
 from sealtwin.plan.search import OVER_WEIGHT, path_over
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import size_of, slowness
+from sealtwin.study.estimate import checked_size, slowness
 from sealtwin.study.runner import StudyOptions, WantedRun, bring_up_to_date, require_done, schedule, write_sample
 from sealtwin.trial.job import numbers_up_to
 from sealtwin.trial.trial_file import Trial, drafted, refuse_seeds
@@ -203,14 +203,15 @@ class Verifier:
         require_done(self.folder, self._runs, "there is no plan")
         return [study_folder.read_level(self.folder, run) for run in asked]
 
-    def corrected_s(self, estimated_s: float) -> float:
-        """Return an estimated time, corrected by the finished runs."""
-        return slowness(self._runs) * estimated_s
+    @property
+    def left_s(self) -> float:
+        """Estimated time of the work ahead in s, corrected by the finished runs."""
+        return slowness(self._runs) * self.ahead_s
 
     def work_s(self, runs: int, *, drafts: bool) -> float:
         """Return the estimated time in s of a number of particle runs, with ``jobs`` at the same time."""
         trial = drafted(self.trial, self.sample) if drafts else self.trial
-        return size_of(trial.pour(self.sample)).work_s * -(-runs // max(1, self.jobs))
+        return checked_size(trial.pour(self.sample))[0].work_s * -(-runs // max(1, self.jobs))
 
     @property
     def fluid_warnings(self) -> list[str]:

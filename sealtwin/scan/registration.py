@@ -95,8 +95,8 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
     moved_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
     levelled_mm, placed_mm = np.split(moved_mm, [len(moved_mm) - len(placed_mm)])
-    few_mm = _sample(levelled_mm, SEARCHED)
-    search, finer = (MouthSearch.of(few_mm, target, _cell_mm(target) / times) for times in (1.0, FINER))
+    few_mm, cell_mm = _sample(levelled_mm, SEARCHED), float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
+    search, finer = (MouthSearch.of(few_mm, target, cell_mm / times) for times in (1.0, FINER))
     if search.map.cell_mm > target.width_mm / 2:
         raise InputError(
             f"{path}: points {search.map.cell_mm:.2g} mm apart are too far for a crack of {target.width_mm:.2g} mm. "
@@ -263,10 +263,6 @@ def _on_the_face(points_mm: Floats, near_mm: Floats, path: Path) -> tuple[Floats
 
 def _sample(points_mm: Floats, count: int) -> Floats:
     return points_mm if len(points_mm) <= count else np.random.default_rng(0).choice(points_mm, count, replace=False)
-
-
-def _cell_mm(target: Target) -> float:
-    return float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
 
 
 def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) -> EdgeFit | None:

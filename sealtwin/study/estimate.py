@@ -34,11 +34,6 @@ class RunSize:
         return self.particles * PARTICLE_BYTES + self.moving * MOVER_BYTES
 
 
-def size_of(pour: Pour) -> RunSize:
-    """Return the size of a run. Raises the same errors as ``checked_size``."""
-    return checked_size(pour)[0]
-
-
 def checked_size(pour: Pour) -> tuple[RunSize, list[Fact]]:
     """Return the size of a run, and warnings about its settings and about sealant properties that it cannot represent.
 

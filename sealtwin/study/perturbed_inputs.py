@@ -12,7 +12,7 @@ import numpy as np
 
 from digitise.settings import CrackShape
 from digitise.weighing.moved_walls import moved_depth, shape_by_weight, walls_apart, widened
-from sealtwin.core import record_files
+from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.progress import Progress
@@ -250,8 +250,10 @@ def fast_level(base: Base) -> tuple[Profile | None, Facts]:
     return level, run.unfit
 
 
-def draw(base: Base, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
+def draw(base: Base, jobs: int, progress: Progress, folder: Path, runs: int = RUNS) -> InputDraws:
     """Return the change of level that each random draw of the inputs causes, computed with the fast model.
+
+    Each finished part is written to ``folder``. If the process is killed, the next call computes the other parts.
 
     Raises:
         InputError: The fast model does not support the paste, or a drawn value of an input is out of range.
@@ -261,17 +263,19 @@ def draw(base: Base, jobs: int, progress: Progress, runs: int = RUNS) -> InputDr
     inputs = base.inputs
     s_mm = np.linspace(0.0, base.sample.outline.length_mm, PLACES)
     steps = [_steps(base, dict(zip(inputs, row, strict=True))) for row in drawn_inputs(inputs, runs).tolist()]
-    parts = range(0, runs, PART)
-    progress.start("Moved inputs", len(parts))
-    tasks = ((first, (base, steps[first : first + PART], s_mm)) for first in parts)
-    levels_mm = np.empty((runs, PLACES))
-    for done, (first, part_mm) in enumerate(run_tasks(levels_of, tasks, min(jobs, len(parts))), start=1):
+    parts = {folder / f"{first}.bin": steps[first : first + PART] for first in range(0, runs, PART)}
+    tasks = {part: (base, moves, s_mm) for part, moves in parts.items() if not part.is_file()}
+    done = len(parts) - len(tasks)
+    progress.start("Moved inputs", len(parts), done)
+    for part, part_mm in run_tasks(levels_of, tasks.items(), min(jobs, len(tasks))):
         if isinstance(part_mm, Lost):
             raise NumericalError(f"{base.path}: {part_mm.reason}. Repeat the command.")
         if isinstance(part_mm, str):
             raise InputError(part_mm)
-        levels_mm[first : first + PART] = part_mm
+        files.write_bytes(part, part_mm.tobytes())
+        done += 1
         progress.advance(done, f"{PART} runs of the fast model each")
+    levels_mm = np.frombuffer(b"".join(map(files.read_bytes, parts))).reshape(-1, PLACES)
     # Rounding to tenths of a micrometre keeps the file small.
     return InputDraws(s_mm, inputs, np.round(levels_mm - level_of(base, {}, s_mm), 4))
 

@@ -138,7 +138,7 @@ def bring_up_to_date(
     runs = resume(folder, plan, progress.note, retry=options.retry)
     waiting = sum(run.state == "waiting" for run in runs)
     if announced and (waiting or options.dry_run):
-        left_s = time_left_s(runs, min(options.jobs, waiting))
+        left_s = time_left_s(runs, min(options.jobs, waiting)) + options.later_s
         progress.note(f"{announced} {waiting} runs to compute: about {in_words(left_s)}, which the runs will correct.")
     for doubt in doubts if waiting else ():
         progress.warn(doubt)

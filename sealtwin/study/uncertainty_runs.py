@@ -7,9 +7,11 @@ remaining runs.
 """
 
 import math
+import shutil
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +23,9 @@ from sealtwin.core.facts import Fact, doubt, without
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.run_folder import stage_key
 from sealtwin.core.workers import cores
-from sealtwin.study.estimate import REPORT_S
+from sealtwin.study.estimate import FAST_S, REPORT_S, time_left_s
 from sealtwin.study.perturbed_inputs import (
+    STEP_FACTOR,
     Base,
     draw,
     fast_level,
@@ -69,6 +72,7 @@ REPLICATES = 3
 
 With two runs, the error would have 4 instead of 7 degrees of freedom and sqrt(3/2) times the noise. Its interval would
 be 1.4 times as wide."""
+DRAWS = "draws"  # Name of the folder with the finished parts of the draws, in a folder of their key
 MAX_SEED = 2**31  # Upper limit of a trial's seed, excluded
 
 Variant = tuple[dict[str, float], Trial, Sample]
@@ -161,18 +165,21 @@ def vary(job: Job) -> bool:
         )
     began, folder = time.monotonic(), job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
-    # Draws take seconds. They come first, so that an input that cannot be changed is refused before the long runs.
-    draws = draw(base, cores(), job.progress) if drawn else None
-    drew_s = time.monotonic() - began
-    runs = list[StudyRun]()
-    if particles:
-        variants, jobs = _variants(base, designed=not drawn), cores() if device == "cpu" else 1
-        runs = compute_variants(job, folder, variants, base, inputs, device, jobs, "the uncertainty")
+    variants, jobs = _variants(base, designed=not drawn) if particles else [], cores() if device == "cpu" else 1
+    extra = partial(compute_variants, job, folder, variants, base, inputs, device, jobs, "the uncertainty")
+    draws, runs = None, list[StudyRun]()
+    if drawn:
+        # Draws come first, so that an input that cannot be changed is refused before the long runs.
+        runs = extra(RUNS * FAST_S / STEP_FACTOR / max(1, cores()), dry_run=True) if variants else []
+        job.progress.later(time_left_s(runs, jobs) + REPORT_S)
+        draws = draw(base, cores(), job.progress, folder / DRAWS / key)
+    if variants:
+        runs = extra()
     spread = _spread(base, [read_level(folder, run) for run in runs], draws)
     job.folder.clear(UNCERTAINTY)
     files.write_json(job.path / SPREAD, spread.content())
-    wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
-    job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], wall_s, numbers=numbers)
+    job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], time.monotonic() - began, numbers=numbers)
+    shutil.rmtree(folder / DRAWS, ignore_errors=True)
     return True
 
 
@@ -277,10 +284,14 @@ def compute_variants(
     device: str,
     jobs: int,
     why: str,
+    later_s: float = 0.0,
+    *,
+    dry_run: bool = False,
 ) -> list[StudyRun]:
     """Compute the variants that are not yet finished in ``folder``, and return the runs of all variants.
 
     ``inputs`` contains the hashes of the files of the trial's first run. ``why`` completes the text "Extra runs for ".
+    ``later_s`` is the time that the command needs beside these runs and the report. A dry run only shows the time.
     Raises InputError if the particles are too large or too small for a crack, and NumericalError if a run failed.
     """
     if holds_study(folder):
@@ -302,9 +313,11 @@ def compute_variants(
             "trial. Give the trial another solver.radius_mm."
         ) from None
     plan = Plan(folder.name, runs, numbers=numbers_up_to("simulate"))
-    options = StudyOptions(device, jobs, later_s=REPORT_S, retry=True)
+    options = StudyOptions(device, jobs, later_s=later_s + REPORT_S, retry=True, dry_run=dry_run)
     words = "Extra runs", f"Extra runs for {why}:"
-    plan = bring_up_to_date(folder, plan, largest, options, job.progress, *words, doubts)
+    plan = bring_up_to_date(folder, plan, largest, options, job.progress, *words, () if dry_run else doubts)
+    if dry_run:
+        return plan.runs
     require_done(folder, plan.runs, f"there is no result for {why}")
     if finer := [words_of(run.settings) for run in plan.runs if run.figures and run.figures.health.finer]:
         text = (

@@ -16,7 +16,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, UNNUMBERED, RunFolder, other_numbers
 from sealtwin.core.settings import without_none
 from sealtwin.trial.trial_file import KINDS, SettingValues, Trial, load_trial, seen_from, trial_text
-from validate.settings import Readings
+from validate.settings import PDF, Readings
 
 StageName = Literal["digitise", "simulate", "validate"]
 
@@ -219,6 +219,10 @@ def begin_writing(job: Job, stage: StageName) -> None:
     """Write the trial file, and delete earlier files of ``stage`` and the report. Edited files are renamed instead."""
     adopt_trial(job)
     (job.path / "run.json").unlink(missing_ok=True)
+    if PDF in job.folder.entry_of("validate").get("outputs", ()) and not job.trial.output.pictures:
+        job.progress.note(
+            f"{PDF}: is deleted, since it shows an earlier result; output.pictures = true writes it again."
+        )
     # A robot program for the old path must not remain in a folder with the new path.
     more = {"digitise": ("robot",), "simulate": (SEEDS,)}.get(stage, ())
     for stale in dict.fromkeys((stage, *more, "validate")):

@@ -6,6 +6,7 @@ from pathlib import Path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Run
+from sealtwin.core.run_figures import FAST
 from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
@@ -31,6 +32,12 @@ def bring_up_to_date(job: Job) -> bool:
         # A run that was killed just after its end may have left its checkpoint.
         (job.path / CHECKPOINT).unlink(missing_ok=True)
         return False
+    before = job.folder.entry_of("simulate")
+    if before.get("inputs") == inputs and before["settings"]["solver"].get("model") != FAST == trial.solver.model:
+        raise InputError(
+            f"{job.path}: contains a finished run of particles, which a run of the fast model would replace. Give "
+            "another folder with --out, or delete this folder."
+        )
     began = time.monotonic()
 
     from simulate.injection import ComputeOptions

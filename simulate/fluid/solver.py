@@ -151,7 +151,6 @@ class FluidSolver:
             support=support,
             mass=self.mass,
             explicit=settings.viscosity_solve == "explicit",
-            kernel=settings.pair_kernel,
         )
         self.faults = FaultChecks(state, launcher, barrier, self.viscosity.search.unsolved, support)
         self._bind_lists(kernels.list_neighbours, domain)

@@ -64,11 +64,10 @@ class Viscosity:
         support: float,
         mass: float,
         explicit: bool,
-        kernel: str,
     ) -> None:
-        """Bind the kernels. ``kernel`` is the weight W of pairs, a key of ``pair_sums.WEIGHTS``."""
+        """Bind the kernels."""
         self._state, self._paste, self._support = state, paste, support
-        self._pairs, self._launcher, self._kernel, self.explicit = pairs, launcher, kernel, explicit
+        self._pairs, self._launcher, self.explicit = pairs, launcher, explicit
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         sticks = np.repeat(paste.sticks.numpy() * paste.wall_share.numpy(), state.particles_per_run)
@@ -105,7 +104,7 @@ class Viscosity:
         """Use ``lists`` for the pairs' weights and the walls' drag."""
         self._lists = lists
         self.weigh_pairs = self._launcher.bind(
-            self._pairs.weigh_pairs[self._kernel],
+            self._pairs.weigh_pairs,
             self._state.particles,
             lists,
             self._support,
@@ -189,7 +188,7 @@ class Viscosity:
     def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
         """Make one of ``passes`` (q) explicit passes. A pass is stable if the diagonal of A is at most about 1.95 q."""
         launch = self._launcher.bind(
-            self._pairs.pass_velocity[self._kernel],
+            self._pairs.pass_velocity,
             self._state.particles,
             self._lists,
             self._support,

@@ -1,6 +1,5 @@
 """Kernels that sum over pairs of particles, with the inner loops for the chosen device."""
 
-from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -20,9 +19,9 @@ class PairKernels(NamedTuple):
     measure_density: Any
     correct: Any
     measure_shear: Any
-    weigh_pairs: Mapping[str, Any]  # One for each pair weight W
+    weigh_pairs: Any
     apply_matrix: Any
-    pass_velocity: Mapping[str, Any]  # One for each pair weight W
+    pass_velocity: Any
 
 
 @cache

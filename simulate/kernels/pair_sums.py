@@ -5,8 +5,6 @@ is the row of a moving particle in the neighbour lists ``near``. If a row is pro
 thread sums every 32nd entry, and all threads get the total.
 """
 
-from typing import Any
-
 import warp as wp
 
 from simulate.kernels.lanes import lane, lanes, over_lanes
@@ -15,12 +13,12 @@ from simulate.kernels.status import RESTS, Particles
 
 wp.set_module_options({"enable_backward": False})
 
-FOR_VISCOSITY = {"poly6": 7.54, "gaussian": 1.0}
-"""Factors of the pair weights, with which the same U gives the same viscosity for both weights. The ratio of the fourth
-moments of exp(-u^2) and (1 - u^2)^3, u = 0 to 1, is 7.24. The remaining factor was fitted to shear waves. It is needed
-because neighbours are not closer than a certain distance."""
-# Ratio of two pair weights with equal viscosity: for a force along the pair's line, and for the force of Eq. 5
-ALONG = 5.0
+ALONG = 5.0 * 7.54
+"""Factor of the pair weight of the implicit form, with which the same U gives the same viscosity as in Eq. 5.
+
+5 is the ratio for a force along the pair's line and the force of Eq. 5. The rest is the ratio of the weights: that of
+the fourth moments of exp(-u^2) and (1 - u^2)^3, u = 0 to 1, is 7.24. The remaining factor was fitted to shear waves. It
+is needed because neighbours are not closer than a certain distance."""
 NEAREST_WALL = wp.constant(0.16)
 """Smallest squared distance of a wall particle in the drag of walls, divided by h^2. For fluid at rest it is 0.22."""
 
@@ -140,12 +138,9 @@ def distance_weight(squared: float, support: float):
 
 @wp.func
 def poly6(squared: float, support: float):
-    """Return (1 - r^2/h^2)^3, the weight of a pair in the viscosity."""
+    """Return (1 - r^2/h^2)^3, the weight of a pair in the implicit form of the viscosity."""
     rest = wp.max(1.0 - squared / (support * support), 0.0)
     return rest * rest * rest
-
-
-WEIGHTS = {"poly6": poly6, "gaussian": gauss}
 
 
 @wp.func
@@ -174,93 +169,81 @@ def sum_gradient(particles: Particles, near: Neighbours, row: int, support: floa
     return over_lanes(sums)
 
 
-def link_pairs_by(kernel: str) -> Any:
-    """Return the device function ``link_pairs`` with the weight W named ``kernel``."""
-    weigh, along = WEIGHTS[kernel], ALONG * FOR_VISCOSITY[kernel]
+@wp.func
+def link_pairs(
+    particles: Particles,
+    near: Neighbours,
+    row: int,
+    support: float,
+    links: wp.array2d[wp.vec3h],  # out
+):
+    """Compute the link of each pair: a vector along the pair, whose square is the pair's weight in the matrix.
 
-    @wp.func
-    def link_pairs(
-        particles: Particles,
-        near: Neighbours,
-        row: int,
-        support: float,
-        links: wp.array2d[wp.vec3h],  # out
-    ):
-        """Compute the link of each pair: a vector along the pair, whose square is the pair's weight in the matrix.
-
-        The weight is ``ALONG`` times the mean volume, W and the mean viscosity. The matrix is the sum of the links'
-        outer products. It is therefore symmetric without negative eigenvalues, also if links are rounded to float16.
-        Returns ``CoupleSums``: the particle's diagonal block of the matrix, and the matrix times the velocity and times
-        the guess, without this rounding.
-        """
-        i = particles.mover[row]
-        position = particles.position[i]
-        material = particles.volume_and_viscosity[i]
-        moves = particles.velocity[i]
-        guessed = particles.scaled_residual[i]
-        sums = CoupleSums()
-        window = near.fluid_at[row]
-        for slot in range(lane(), near.fluid_count[row], lanes()):
-            j = near.fluid[window, slot]
-            neighbour = particles.position[j]
-            offset = position[:3] - neighbour[:3]
-            squared = wp.length_sq(offset)
-            neighbour_material = particles.volume_and_viscosity[j]
-            mean = 0.5 * (material[1] + neighbour_material[1])
-            weight = 0.5 * wp.static(along) * (material[0] + neighbour_material[0]) * mean * weigh(squared, support)
-            link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
-            links[window, slot] = wp.vec3h(link)
-            sums[0] += link[0] * link[0]
-            sums[1] += link[1] * link[1]
-            sums[2] += link[2] * link[2]
-            sums[3] += link[0] * link[1]
-            sums[4] += link[1] * link[2]
-            sums[5] += link[2] * link[0]
-            if neighbour[3] == RESTS:
-                sums[6] += weight
-            still = wp.dot(moves - particles.velocity[j], link)
-            moved = wp.dot(guessed - particles.scaled_residual[j], link)
-            sums[7:10] += still * link
-            sums[10:13] += moved * link
-        return over_lanes(sums)
-
-    return link_pairs
+    The weight is ``ALONG`` times the mean volume, W and the mean viscosity. The matrix is the sum of the links'
+    outer products. It is therefore symmetric without negative eigenvalues, also if links are rounded to float16.
+    Returns ``CoupleSums``: the particle's diagonal block of the matrix, and the matrix times the velocity and times
+    the guess, without this rounding.
+    """
+    i = particles.mover[row]
+    position = particles.position[i]
+    material = particles.volume_and_viscosity[i]
+    moves = particles.velocity[i]
+    guessed = particles.scaled_residual[i]
+    sums = CoupleSums()
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        j = near.fluid[window, slot]
+        neighbour = particles.position[j]
+        offset = position[:3] - neighbour[:3]
+        squared = wp.length_sq(offset)
+        neighbour_material = particles.volume_and_viscosity[j]
+        mean = 0.5 * (material[1] + neighbour_material[1])
+        weight = 0.5 * wp.static(ALONG) * (material[0] + neighbour_material[0]) * mean * poly6(squared, support)
+        link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
+        links[window, slot] = wp.vec3h(link)
+        sums[0] += link[0] * link[0]
+        sums[1] += link[1] * link[1]
+        sums[2] += link[2] * link[2]
+        sums[3] += link[0] * link[1]
+        sums[4] += link[1] * link[2]
+        sums[5] += link[2] * link[0]
+        if neighbour[3] == RESTS:
+            sums[6] += weight
+        still = wp.dot(moves - particles.velocity[j], link)
+        moved = wp.dot(guessed - particles.scaled_residual[j], link)
+        sums[7:10] += still * link
+        sums[10:13] += moved * link
+    return over_lanes(sums)
 
 
-def sum_eq5_by(kernel: str) -> Any:
-    """Return the device function ``sum_eq5`` with the weight W named ``kernel``."""
-    weigh, factor = WEIGHTS[kernel], FOR_VISCOSITY[kernel]
+@wp.func
+def sum_eq5(
+    particles: Particles,
+    velocity: wp.array[wp.vec3],
+    near: Neighbours,
+    row: int,
+    support: float,
+):
+    """Sum the weight U m/rho_j W_v of Eq. 5 times the difference of velocities, and the weight itself.
 
-    @wp.func
-    def sum_eq5(
-        particles: Particles,
-        velocity: wp.array[wp.vec3],
-        near: Neighbours,
-        row: int,
-        support: float,
-    ):
-        """Sum the weight U m/rho_j W_v of Eq. 5 times the difference of velocities, and the weight itself.
-
-        If the two viscosities of a pair differ, their harmonic mean is used.
-        """
-        i = particles.mover[row]
-        position = particles.position[i]
-        viscosity = particles.volume_and_viscosity[i][1]
-        moves = velocity[i]
-        sums = wp.vec4(0.0)
-        window = near.fluid_at[row]
-        for slot in range(lane(), near.fluid_count[row], lanes()):
-            j = near.fluid[window, slot]
-            neighbour = particles.position[j]
-            offset = position[:3] - neighbour[:3]
-            neighbour_material = particles.volume_and_viscosity[j]
-            mean = 2.0 * viscosity * neighbour_material[1] / wp.max(viscosity + neighbour_material[1], 1.0e-20)
-            weight = wp.static(factor) * neighbour_material[0] * mean * weigh(wp.length_sq(offset), support)
-            apart = weight * (moves - velocity[j])
-            sums += wp.vec4(*apart, weight)
-        return over_lanes(sums)
-
-    return sum_eq5
+    If the two viscosities of a pair differ, their harmonic mean is used.
+    """
+    i = particles.mover[row]
+    position = particles.position[i]
+    viscosity = particles.volume_and_viscosity[i][1]
+    moves = velocity[i]
+    sums = wp.vec4(0.0)
+    window = near.fluid_at[row]
+    for slot in range(lane(), near.fluid_count[row], lanes()):
+        j = near.fluid[window, slot]
+        neighbour = particles.position[j]
+        offset = position[:3] - neighbour[:3]
+        neighbour_material = particles.volume_and_viscosity[j]
+        mean = 2.0 * viscosity * neighbour_material[1] / wp.max(viscosity + neighbour_material[1], 1.0e-20)
+        weight = neighbour_material[0] * mean * gauss(wp.length_sq(offset), support)
+        apart = weight * (moves - velocity[j])
+        sums += wp.vec4(*apart, weight)
+    return over_lanes(sums)
 
 
 @wp.func

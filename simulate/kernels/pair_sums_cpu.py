@@ -5,14 +5,11 @@ approximate inverse root, and one that packs the neighbours. The dummy point tha
 terms are zero. Terms are added in another order than in ``pair_sums``, so the last bits of the sums differ.
 """
 
-from typing import Any
-
 import warp as wp
 
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import (
     ALONG,
-    FOR_VISCOSITY,
     NEAREST_WALL,
     CoupleSums,
     DensitySums,
@@ -104,14 +101,12 @@ SPIKE = """
     // For two particles at one position: large, times offsets of zero.
     floats spike = short_of * short_of * inverse;
 """
-WEIGHTS = {
-    "poly6": """
+POLY6 = """
     const floats left = ABOVE(1.0f - d2 * (1.0f / h2)), weigh = left * left * left;
-""",
-    "gaussian": """
+"""
+GAUSS = """
     const floats weigh = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
-""",
-}
+"""
 
 
 def summed(kind: str, sums: str, *terms: str, constants: str = "") -> str:
@@ -185,7 +180,7 @@ def sum_correction(particles: Particles, near: Neighbours, row: int, support: fl
     summed(
         "fluid",
         "xx yy zz xy yz zx ux uy uz vx vy vz tx ty tz",
-        WEIGHTS["poly6"],
+        POLY6,
         """
     LOADS(U, V, T, unused, particles.velocity.data, 12, l)
     U = moves[0] - U; V = moves[1] - V; T = moves[2] - T;
@@ -220,22 +215,18 @@ LINK = """
 """
 
 
-def link_pairs_by(kernel: str) -> Any:
-    """Return the native function ``link_pairs`` with the weight W named ``kernel``."""
-    constants = f"""
-const float RESTS = {float(RESTS)!r}f, ALONG = {ALONG * FOR_VISCOSITY[kernel]!r}f;
+LINK_CONSTANTS = f"""
+const float RESTS = {float(RESTS)!r}f, ALONG = {ALONG!r}f;
 _Float16* out = (_Float16*)WINDOW(links, fluid);
 const wp::vec2 own = particles.volume_and_viscosity.data[i];
 const wp::vec3 moves = particles.velocity.data[i], guessed = particles.scaled_residual.data[i];
 """
-    sums = "xx yy zz xy yz zx resting vx vy vz gx gy gz"
 
-    @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], LINK, constants=constants))
-    def link_pairs(
-        particles: Particles, near: Neighbours, row: int, support: float, links: wp.array2d[wp.vec3h]
-    ) -> CoupleSums: ...
 
-    return link_pairs
+@wp.func_native(summed("fluid", "xx yy zz xy yz zx resting vx vy vz gx gy gz", POLY6, LINK, constants=LINK_CONSTANTS))
+def link_pairs(
+    particles: Particles, near: Neighbours, row: int, support: float, links: wp.array2d[wp.vec3h]
+) -> CoupleSums: ...
 
 
 EQ5 = """
@@ -248,27 +239,26 @@ EQ5 = """
 """
 
 
-def sum_eq5_by(kernel: str) -> Any:
-    """Return the native function ``sum_eq5`` with the weight W named ``kernel``."""
-    sums = " ".join(f"{FOR_VISCOSITY[kernel]}f*{name}" for name in ("x", "y", "z", "total"))
-
-    constants = (
-        "const wp::vec3 moves = velocity.data[i];const float viscosity = particles.volume_and_viscosity.data[i][1];"
+@wp.func_native(
+    summed(
+        "fluid",
+        "x y z total",
+        GAUSS,
+        EQ5,
+        constants="const wp::vec3 moves = velocity.data[i];"
+        "const float viscosity = particles.volume_and_viscosity.data[i][1];",
     )
-
-    @wp.func_native(summed("fluid", sums, WEIGHTS[kernel], EQ5, constants=constants))
-    def sum_eq5(
-        particles: Particles, velocity: wp.array[wp.vec3], near: Neighbours, row: int, support: float
-    ) -> wp.vec4: ...
-
-    return sum_eq5
+)
+def sum_eq5(
+    particles: Particles, velocity: wp.array[wp.vec3], near: Neighbours, row: int, support: float
+) -> wp.vec4: ...
 
 
 @wp.func_native(
     summed(
         "wall",
         "drag h3*sticks h4*far h4*x h4*y h4*z",
-        WEIGHTS["gaussian"],
+        GAUSS,
         """
     drag += W * weigh;
     const floats share = __builtin_elementwise_max(d2 * (1.0f / h2), none + NEAREST_WALL);

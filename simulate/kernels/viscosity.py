@@ -14,7 +14,7 @@ import warp as wp
 from simulate.kernels.conjugate_gradients import Search, Symmetric, System, full, is_solved
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.pair_sums import WEIGHTS, DragSums, GradientSums
+from simulate.kernels.pair_sums import DragSums, GradientSums
 from simulate.kernels.run_module import kernel_in
 from simulate.kernels.status import Particles, Span, end_of
 from simulate.shear_law import Law
@@ -152,15 +152,15 @@ def viscosity_kernels(loops: ModuleType, module: Any, seldom: Any, skips_solved:
 
     return (
         measure_shear,
-        {kernel: _weigh_pairs(loops, module if kernel == "poly6" else seldom, kernel) for kernel in WEIGHTS},
+        _weigh_pairs(loops, module),
         apply_matrix,
-        {kernel: _pass_velocity(loops, seldom, kernel) for kernel in WEIGHTS},
+        _pass_velocity(loops, seldom),
     )
 
 
-def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
-    """Return the kernel ``weigh_pairs`` with the pair weight W named ``kernel``."""
-    link_pairs, sum_drag = loops.link_pairs_by(kernel), loops.sum_drag
+def _weigh_pairs(loops: ModuleType, module: Any) -> Any:
+    """Return the kernel ``weigh_pairs``."""
+    link_pairs, sum_drag = loops.link_pairs, loops.sum_drag
 
     @kernel_in(module)
     def weigh_pairs(
@@ -201,9 +201,9 @@ def _weigh_pairs(loops: ModuleType, module: Any, kernel: str) -> Any:
     return weigh_pairs
 
 
-def _pass_velocity(loops: ModuleType, module: Any, kernel: str) -> Any:
-    """Return the kernel ``pass_velocity`` with the pair weight W named ``kernel``."""
-    sum_eq5, sum_drag = loops.sum_eq5_by(kernel), loops.sum_drag
+def _pass_velocity(loops: ModuleType, module: Any) -> Any:
+    """Return the kernel ``pass_velocity``."""
+    sum_eq5, sum_drag = loops.sum_eq5, loops.sum_drag
 
     @kernel_in(module)
     def pass_velocity(

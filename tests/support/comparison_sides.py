@@ -12,7 +12,7 @@ COMPARISON = Comparison.model_construct(
     errors=ErrorFigures(*[0.5] * 3, worst_at_mm=3.0, share_under_1_mm=1.0, flat_level_mm=-4.0, flat_level_error_mm=4.0),
     distances=CurveDistances.model_construct(rmse_mm=0.5, frechet_mm=0.5), beats_baseline=True,
     basis=Basis.model_construct(stations_compared=5), simulated_volumes=FilledVolumes.model_construct(fill_ratio=0.9),
-    baselines=(Baseline("the dispensed volume lying flat", 0, 4.0),), role="held-out", readings_data="measured",
+    baselines=(Baseline("a flat level of the dispensed volume", 0, 4.0),), role="held-out", readings_data="measured",
 )  # fmt: skip
 
 

@@ -36,12 +36,12 @@ def store(values: Any, count: int, first: int, row: int, out: wp.array2d[float])
 
 
 @cache
-def sum_kernel(loops: ModuleType, kernel: str) -> Any:
+def sum_kernel(loops: ModuleType) -> Any:
     """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 48), and the links of pairs."""
-    module = wp.get_module(f"tests.pairs.{loops.__name__}.{kernel}")
+    module = wp.get_module(f"tests.pairs.{loops.__name__}")
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
-    sum_gradient, link_pairs, sum_drag = loops.sum_gradient, loops.link_pairs_by(kernel), loops.sum_drag
-    sum_pulled, sum_eq5 = loops.sum_pulled, loops.sum_eq5_by(kernel)
+    sum_gradient, link_pairs, sum_drag = loops.sum_gradient, loops.link_pairs, loops.sum_drag
+    sum_pulled, sum_eq5 = loops.sum_pulled, loops.sum_eq5
 
     @wp.kernel(enable_backward=False, module=module)
     def all_sums(

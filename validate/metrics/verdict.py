@@ -22,7 +22,7 @@ from validate.settings import Gate, Role
 ALWAYS = (1, 3)  # Numbers of coefficients of the curves that every calibrated level is compared with
 FIT_POINTS, GAP_POINTS = 400, 8  # Each gap has 8 fit points, unless there would be over 400 in all
 NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
-POOL = "the dispensed volume lying flat"
+POOL = "a flat level of the dispensed volume"
 
 
 def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterable[int]) -> tuple[Baseline, ...]:
@@ -93,7 +93,7 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
 
 def nearer_baseline(error_mm: float, baselines: Sequence[Baseline]) -> str:
     """Return a sentence that names the simplest baseline with an error up to ``error_mm``, and simpler baselines."""
-    names = [f"{baseline.name} ({baseline.mean_error_mm:.2f} mm)" for baseline in baselines]
+    names = [f"{baseline.name} (error {baseline.mean_error_mm:.2f} mm)" for baseline in baselines]
     nearer = next((i for i, baseline in enumerate(baselines) if baseline.mean_error_mm <= error_mm), None)
     return sentence("nearer_baseline", baselines=baselines, names=names, nearer=nearer)
 

@@ -12,7 +12,7 @@ from sealtwin.core.regime import SURFACE_TENSION_N_M
 from sealtwin.core.run_figures import FAST
 from validate.comparison import Outcome
 from validate.intervals import ErrorUncertainty, PredictedLevel, StationErrors
-from validate.metrics.verdict import SCREENING, case_of
+from validate.metrics.verdict import POOL, SCREENING, case_of
 from validate.result import NOT_A_VALIDATION, Evidence
 from validate.run_facts import is_draft, levels_in_words, run_warnings, seed_facts
 from validate.sentences import assumed, doubted, sentence, stated
@@ -66,7 +66,7 @@ def predicted(prediction: PredictedLevel | None) -> Fact:
 
 def other_levels(prediction: PredictedLevel) -> str:
     """Return a space and a sentence about the mean levels of the fast model and of the flat dispensed volume."""
-    levels = {"the fast model": prediction.fast_level_mm, "the dispensed volume lying flat": prediction.flat_level_mm}
+    levels = {"the fast model": prediction.fast_level_mm, POOL: prediction.flat_level_mm}
     means_mm = {
         name: float(np.trapezoid(level_mm)) / (len(level_mm) - 1)
         for name, level_mm in levels.items()

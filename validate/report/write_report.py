@@ -30,10 +30,11 @@ from validate.report.report_facts import (
 )
 from validate.result import Evidence, ReadingsFile, ReportData
 from validate.sentences import sentence
+from validate.settings import PDF
 from validate.units import PageTable
 
 DPI = 150  # Resolution of pixels inside the page's figures, and of the PDF's figures
-REPORT, PDF = ("report.html", "report.json"), "report.pdf"  # Files of a report, and its PDF
+REPORT = ("report.html", "report.json")  # Files of a report
 
 ALT = "The straightened photo, the level of the sealant and its error along the crack, and a section across"
 

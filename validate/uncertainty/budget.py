@@ -99,9 +99,6 @@ class Budget:
     def of_kind(self, *kinds: Kind) -> "Budget":
         return self.where(lambda component: component.kind in kinds)
 
-    def plus(self, *more: Component) -> "Budget":
-        return replace(self, components=(*self.components, *more))
-
     def at_stations(self, which: Booleans) -> "Budget":
         """Return the budget for a selection of stations, without the shape of the sealant between them."""
         components = [

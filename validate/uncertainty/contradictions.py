@@ -4,7 +4,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.settings import PASS_MM, Readings, Uncertainty
+from validate.settings import DIGIT_MM, PASS_MM, Readings, Uncertainty
 from validate.uncertainty.budget import Component, Source, chi_squared, draws_for, normals, uniforms
 
 FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of a pass, few so that repeats may exceed it
@@ -123,13 +123,13 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
     share leave no trace in the readings, and are accepted as declared.
     """
     source, (repeats_mm, residual_mm) = measured.source or "readings", repeats_of(measured)
-    _require_resolution(repeats_mm, settings.resolution_mm, source)
+    _require_resolution(repeats_mm, settings.digit_mm, source)
     if declared.pass_mm is not None:
         _require_pass_mm(residual_mm, measured.s_mm, declared.pass_mm, source)
     if (declared_mm := declared.repeatability_mm) is not None:
         if (~np.isnan(repeats_mm)).sum(axis=1).max() > 1:
             squares_mm2, freedom = _scatter(residual_mm, measured.s_mm, declared.pass_mm)
-            variance_mm2 = declared_mm**2 + settings.resolution_mm**2 / 12
+            variance_mm2 = declared_mm**2 + settings.digit_mm**2 / 12
             if squares_mm2 > variance_mm2 * chi_squared(1 - FALSE_ALARM, freedom):
                 raise InputError(
                     f"{source}: the repeats contradict uncertainty.repeatability_mm = {declared_mm:g}: they scatter by "
@@ -146,9 +146,8 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
 
 def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -> None:
     """Refuse a last digit that the readings do not have, for any height of the datum."""
-    default_mm = Readings.model_fields["resolution_mm"].default
     read_mm = repeats_mm[~np.isnan(repeats_mm)]
-    if resolution_mm <= default_mm:
+    if resolution_mm <= DIGIT_MM:
         return
     times = (read_mm - np.unique(read_mm)[: len(read_mm) // 2 + 1, None]) / resolution_mm
     odd = np.abs(times - np.round(times)) * resolution_mm > max(WRITTEN_MM, 0.02 * resolution_mm)

@@ -66,8 +66,10 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     draws = draws_for(stations)
     repeats_mm, residual_mm = repeats_of(measured)
     count = (~np.isnan(repeats_mm)).sum(axis=1).astype(np.float64)
-    resolution_mm = max(settings.resolution_mm, resolution_of(repeats_mm))
-    origin: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
+    resolution_mm = max(settings.digit_mm, resolution_of(repeats_mm))
+    digit_of: Source = "assumed" if settings.resolution_mm is None else "declared"
+    if resolution_mm > settings.digit_mm:
+        digit_of = "detected"
     own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
     far, robust_mm = _far(own_mm, count, resolution_mm)
     notes = list[Fact]()
@@ -99,15 +101,15 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     # Repeats that round to the same number have the same error of rounding.
     independent = 1.0 if resolution_mm > RESOLUTION_LIMIT * pooled_mm else count
     rounding_mm = resolution_mm * (uniforms("digit", stations, draws) - 0.5) / np.sqrt(independent)
-    components.append(Component(last_digit, origin, rounding_mm, setting="readings.resolution_mm"))
+    components.append(Component(last_digit, digit_of, rounding_mm, setting="readings.resolution_mm"))
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
         components.append(passes_error(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
     present, missing = _hidden_errors(measured, settings, declared, mouth, resolution_mm)
-    limit_mm = CALIPER_MM if settings.limit_mm is None else settings.limit_mm
+    limit_mm, limit_of = (CALIPER_MM, "assumed") if settings.limit_mm is None else (settings.limit_mm, "declared")
     limit_mm = limit_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
     components += [
-        Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),
+        Component("limit of error of the caliper", limit_of, limit_mm, shared=True, setting="readings.limit_mm"),
         *present,
         _arches(s_mm, measured.level_mm),
     ]

@@ -33,6 +33,7 @@ MISTAKES = [
     ("st.build_solid(crack, 16, tilt='Vertical')", "build_solid: tilt = 'Vertical'", True),
     ("st.plan_path(crack)", "plan_path: solid ", True),
     ("st.plan_path(crack, solid)", "plan_path: too many .* the arguments are solid", True),
+    ("st.build_solid(crack, 'vertical', 16)", "build_solid: too many .* without a name only crack, depth_mm.", True),
     ("st.plan_path(solid, speed=4)", "plan_path: .* speed; did you mean speed_mm_s", True),
     ("st.plan_path(solid, speed_mm_s='fast')", "plan_path: speed_mm_s = 'fast'", True),
     ("st.plan_path(solid, volume_ml='3 ml')", "plan_path: volume_ml = '3 ml'", True),

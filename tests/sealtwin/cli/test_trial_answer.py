@@ -95,14 +95,15 @@ PREDICTED = PredictedLevel.model_construct(
 # fmt: off
 COMPARED = {
     "held out": (lambda e: compared(e), [
-        "Held out, as declared", "No baseline is nearer: the dispensed volume lying flat (",
-        "Beyond the readings' own error at 9 of 9 stations.", "Gate     1.6 mm: passed"]),
+        "Held out, as declared", "No baseline is nearer: a flat level of the dispensed volume (",
+        "outside the 95 % band of the whole profile (errors of readings) at 9 of 9 stations.",
+        "Gate     1.6 mm: passed"]),
     "gate undecided": (lambda e: compared(e, gate=Gate(mean_error_mm=0.5)), ["Gate     0.5 mm: undecided"]),
     "no gate": (lambda e: compared(e, gate=None), ["Gate     none declared"]),
     "within errors": (lambda e: compared(replace(e, profile=Profile(e.profile.s_mm, e.profile.level_mm - 0.5))),
-        ["Within the readings' own error at all of 9 stations."]),
+        ["inside the 95 % band of the whole profile (errors of readings) at all of 9 stations."]),
     "extra runs": (lambda e: compared(e, runs=spread(effects=[LIFTED]), declared=Uncertainty(volume_ml=0.1)),
-        ["the errors of readings, numerics and inputs at", "Mean level off by +0.50 ± ", "ASME V&V 20"]),
+        ["(errors of readings, numerics and inputs) at", "Mean level off by +0.50 ± ", "ASME V&V 20"]),
     "few readings": (lambda e: compared(few(e)),
         ["Result   No verdict: the readings cover", "Held out", "Gate     1.6 mm: undecided"]),
     "edited": (lambda e: compared(replace(e, edited=("profile.csv",))),

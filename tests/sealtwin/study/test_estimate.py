@@ -8,7 +8,7 @@ import warp as wp
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Sample
-from sealtwin.study.estimate import RunSize, require_memory, size_of, time_left_s
+from sealtwin.study.estimate import RunSize, checked_size, require_memory, time_left_s
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import load_trial
 from simulate.injection import enclosure_of, prepare
@@ -49,7 +49,7 @@ def test_the_estimated_memory_of_a_launch_equals_the_memory_of_its_arrays(runs, 
     before = _arrays()
     injection = prepare(replace(trial.pour(sample), fluids=(fluid,) * runs))
     taken = sum(array.capacity for number, array in _arrays().items() if number not in before)
-    size = size_of(trial.pour(sample))
+    size, _ = checked_size(trial.pour(sample))
     assert size.particles * runs == injection.engine.state.count
     assert size.moving * runs == len(injection.engine.lists.fluid_count)
     assert runs * size.bytes == pytest.approx(taken, rel=0.15)

@@ -12,11 +12,12 @@ import pytest
 from digitise.settings import Dispensed
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
 from sealtwin.study import perturbed_inputs, uncertainty_runs
 from sealtwin.study.perturbed_inputs import PART, Base, draw, moved_sample, refuse_immovable, takes_draws
 from sealtwin.study.pipeline import run_stages
-from sealtwin.study.uncertainty_runs import vary
-from sealtwin.trial.validate_stage import SPREAD
+from sealtwin.study.uncertainty_runs import DRAWS, vary
+from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY
 from simulate.slot import run as slot_run
 from tests.support.report_stubs import leave_out_pages
 from tests.support.tiny_study import FAST, job_in, run_tiny
@@ -80,8 +81,28 @@ def test_the_input_uncertainty_of_a_linear_model_equals_the_closed_form(fast, li
     assert figures["input_draws"]["runs"] == RUNS == len(files.read_json(fast / SPREAD)["draws"]["moved_mm"])
     assert figures["mean_level"]["numerics_mm"] is None
     assert "the fast model" in figures["findings"][0]["text"]
+    assert not (fast / UNCERTAINTY / DRAWS).exists()
     assert result.comparison is not None
     assert result.comparison.model_dump(mode="json")["uncertainty"] == figures
+
+
+def test_draws_that_a_killed_process_has_finished_are_not_computed_again(fast, linear, tmp_path, monkeypatch):
+    """The process ends in the third of four parts."""
+    base, levels_of, parts = base_of(fast), perturbed_inputs.levels_of, list[int]()
+
+    def killed_in_the_third(*task):
+        parts.append(len(parts))
+        if len(parts) == 3:
+            raise KeyboardInterrupt
+        return levels_of(*task)
+
+    whole = draw(base, 0, Progress(), tmp_path / "whole", RUNS)
+    monkeypatch.setattr(perturbed_inputs, "levels_of", killed_in_the_third)
+    with pytest.raises(KeyboardInterrupt):
+        draw(base, 0, Progress(), tmp_path / "killed", RUNS)
+    resumed = draw(base, 0, Progress(), tmp_path / "killed", RUNS)
+    assert np.array_equal(resumed.moved_mm, whole.moved_mm)
+    assert len(parts) == 3 + 2
 
 
 def test_more_sealant_raises_the_level_and_a_deeper_crack_lowers_the_level(fast):

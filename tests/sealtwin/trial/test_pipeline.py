@@ -164,8 +164,9 @@ def test_snapshots_requested_later_do_not_change_the_result(copied):
 def test_pdf_and_pictures_are_written_only_if_output_pictures_is_true(copied, monkeypatch):
     leave_out_figures(monkeypatch)
     for wanted in ("true", "false"):
-        _json("validate", copied, "--set", f"output.pictures={wanted}")
+        answer = _ended("validate", copied, "--set", f"output.pictures={wanted}")
         assert (copied / "report.pdf").exists() == (wanted == "true")
+        assert ("report.pdf: is deleted" in answer) == (wanted == "false")
 
 
 def _assert_same_run(run: Path, unbroken_run: Path) -> None:

@@ -87,7 +87,7 @@ def test_a_valid_starter_trial_is_written_but_overwrites_no_file(tmp_path):
     trial = load_trial(trial_file)
     crack, fluid = present(trial.crack, "crack"), trial.given_fluid
     assert (crack.depth_mm, crack.tilt, trial.solver.radius_mm) == (16.0, "lean", "auto")
-    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 3.0, None)
+    assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 2.0, None)
     assert sheet.name in trial_file.read_text()
     with pytest.raises(InputError, match="not overwritten"):
         write_starter(tmp_path / "new")

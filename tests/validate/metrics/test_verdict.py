@@ -128,14 +128,14 @@ FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
     [
         ("calibrated-on", ("fluid.U",) * 6, ["a flat line", "a parabola", "a curve with 6 numbers"]),
         ("calibrated-on", None, ["a flat line", "a parabola"]),
-        ("calibrated-on", (), ["the dispensed volume lying flat", "a flat line", "a parabola"]),
-        ("held-out", None, ["the dispensed volume lying flat"]),
-        ("undeclared", None, ["the dispensed volume lying flat", "a flat line", "a parabola"]),
+        ("calibrated-on", (), ["a flat level of the dispensed volume", "a flat line", "a parabola"]),
+        ("held-out", None, ["a flat level of the dispensed volume"]),
+        ("undeclared", None, ["a flat level of the dispensed volume", "a flat line", "a parabola"]),
     ],
 )
 def test_a_baseline_uses_no_more_readings_than_the_simulation(role, fitted, names):
     """A curve through held-out readings would use them, and a fitted level uses more than the dispensed volume."""
-    pool = Baseline("the dispensed volume lying flat", 0, 1.0)
+    pool = Baseline("a flat level of the dispensed volume", 0, 1.0)
     declared = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": [pool]}
     compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, CRACK, SOLID, **declared)
     assert [curve.name for curve in compared.baselines] == names
@@ -144,11 +144,18 @@ def test_a_baseline_uses_no_more_readings_than_the_simulation(role, fitted, name
 @pytest.mark.parametrize(
     ("error_mm", "sentence"),
     [
-        (2.5, "A flat line (2.00 mm) is nearer."),
+        (2.5, "A flat line (error 2.00 mm) is nearer the readings."),
         # With equal errors the baseline wins, since it needs no simulation.
-        (1.0, "A parabola (1.00 mm) is nearer, unlike a flat line (2.00 mm)."),
-        (0.7, "A curve (0.50 mm) is nearer, unlike a flat line (2.00 mm) and a parabola (1.00 mm)."),
-        (0.1, "No baseline is nearer: a flat line (2.00 mm), a parabola (1.00 mm), a curve (0.50 mm)."),
+        (1.0, "A parabola (error 1.00 mm) is nearer the readings, unlike a flat line (error 2.00 mm)."),
+        (
+            0.7,
+            "A curve (error 0.50 mm) is nearer the readings, unlike a flat line (error 2.00 mm) and a parabola "
+            "(error 1.00 mm).",
+        ),
+        (
+            0.1,
+            "No baseline is nearer: a flat line (error 2.00 mm), a parabola (error 1.00 mm), a curve (error 0.50 mm).",
+        ),
     ],
 )
 def test_the_simplest_baseline_that_is_nearer_than_the_simulation_is_named(error_mm, sentence):

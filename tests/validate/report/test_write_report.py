@@ -67,7 +67,7 @@ def test_page_and_pdf_of_a_report_have_the_same_order_and_figure_numbers(usual):
     facts = "Bond number 2.2|0.987|sealtwin run trial.toml|kinematic viscosity in effect"
     assert [words for words in f"{titles}|{facts}".split("|") if words not in page.text] == []
     for text in (page.text, pdf.replace("\n", " ")):
-        for words in ("Limit 1 mm", "dispensed volume lying flat", "held out"):
+        for words in ("Limit 1 mm", "flat level of the dispensed volume", "held out"):
             assert text.index("Slot 7") < text.index(words) < text.index("Figure 2. ")
         assert "over the photo (measured); scale: " in text.replace("\n", " ")
     numbers = [re.findall(r"Figure\s(\d+)\.\s", text) for text in (page.text, pdf)]

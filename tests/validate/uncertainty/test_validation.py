@@ -84,7 +84,7 @@ def test_half_the_difference_of_two_models_is_the_model_error():
     both = predict(level, two, declared, flat=flat)
     assert both.model_mm == pytest.approx(0.98 * np.abs(apart_mm) / 2, abs=0.01)
     assert both.parts[-1].mean_level_mm == pytest.approx(0.98 * 0.5 / 2, abs=0.01)
-    assert "It is -3.50 mm by the fast model and -3.50 mm by the dispensed volume lying" in predicted(both).text
+    assert "It is -3.50 mm by the fast model and -3.50 mm by a flat level of the dispensed" in predicted(both).text
     alone = predict(level, replace(two, fast_mm=None, unfit=(doubt("unfit.mound", "A mound."),)), declared, flat=flat)
     assert "fast model is unfit for this case: A mound." in " ".join(texts(prediction_facts(alone)))
     assert alone.model_mm is None
