@@ -141,7 +141,10 @@ def map_lines(
     if allowed.any() and not allowed.all():
         # The surroundings must look like the sample, or its edge is the strongest line in the photo.
         shown = np.where(allowed, shown, continued(shown, allowed, CONTINUED))
-    clear, contrast, width = map(_to_border, _filtered(shown, allowed))
+    # The rim is replaced by the cells next to it: there, a bar has only one side in the photo.
+    clear, contrast, width = (
+        np.pad(picture[RIM:-RIM, RIM:-RIM], RIM, mode="edge") for picture in _filtered(shown, allowed)
+    )
     return LineMap((left, top), scale, shown, clear, contrast, width, allowed, around)
 
 
@@ -188,11 +191,6 @@ def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:
             width[response > contrast] = WIDTH * sigma * 2**octave
             np.maximum(contrast, response, out=contrast)
     return clear, contrast, width
-
-
-def _to_border(picture: Map) -> Map:
-    """Return the map with its rim replaced by the cells next to it. A bar at the rim has only one side in the photo."""
-    return np.pad(picture[RIM:-RIM, RIM:-RIM], RIM, mode="edge")
 
 
 def _response(even: Map, sigma: float, direction: int) -> Map:

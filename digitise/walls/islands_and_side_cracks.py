@@ -155,9 +155,10 @@ def _share(light: Map, sample: Booleans, way: Floats, width: float) -> Map:
     draw_line(on_path, (way + 0.5) * scale - 0.5)
     away = distance_outside(on_path > 0) / (width * scale)
     inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
-    dark, usual = median_of(small[inside]), median_of(small[beside])
-    # Side cracks and pores are not mortar.
-    mortar = beside & (small > (2 * dark + usual) / 3)
+    # Farther away, more than half may be brighter than the sample, such as the paper of a frame.
+    dark, usual = median_of(small[inside]), median_of(small[beside & (away < REACH)])
+    # Side cracks, pores and paper are not mortar.
+    mortar = beside & (small > (2 * dark + usual) / 3) & (small < 2 * usual)
     sigma = SPREAD * width * scale
     low, high = (resized(continued(small, where, sigma), light.shape) for where in (inside, mortar))
     return np.asarray((light - low) / np.maximum(high - low, np.float32(1e-6)), np.float32)
@@ -229,7 +230,7 @@ def with_side_cracks(
         ring_mm = max(rings, key=signed_area)
         enclosed_mm = tuple(ring for ring in rings if signed_area(ring) <= -ISLAND_MM2)
     elif wide_mm:
-        text = f'{_left_out(wide_mm, photo.unit)}. Set branches = "keep" to include side cracks'
+        text = f'{_left_out(wide_mm, photo.unit)}. Set photo.branches = "keep" to include side cracks'
         warnings.append(doubt("walls.side-cracks", text, len(wide_mm)))
     if narrow_mm:
         text = f"{_left_out(narrow_mm, photo.unit)}: under {least_width_px:g} px wide, which is too narrow to measure"

@@ -20,11 +20,6 @@ Named = Iterable[tuple[str, str]]
 """Pairs of a sample's or file's name and a sentence about it."""
 
 
-def _or_dash(value: float | None) -> str:
-    """Return a number with two decimals, or a dash for None."""
-    return "-" if value is None else f"{value:.2f}"
-
-
 def ingest_answer(ingested: Ingested) -> Answer:
     """Return the table of paired files, how the sheets were read, doubts and faults, and what to do next."""
     lab, samples, traced = ingested.lab, ingested.samples, ingested.traced
@@ -62,7 +57,7 @@ def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:
         [
             run.name,
             run.state,
-            _or_dash(run.mean_error_mm),
+            "-" if run.mean_error_mm is None else f"{run.mean_error_mm:.2f}",
             "-" if run.report is None else f"{run.folder}/{RUN}/{Path(run.report).name}",
         ]
         for run in results

@@ -44,9 +44,9 @@ def run_file(
     trial = begin_trial(file, settings or {}) if begins else load_trial(file, settings)
     with command.progress() as progress:
         done = pipeline.run_trial(trial, file, out, stages, command.device, progress, threads, cores())
-    if begins:
-        file, out = Path(done.result.folder, TRIAL), None
-    _reply(command, done, stages, progress.warned, file, out)
+    # The trial in the run folder has the settings of the command line.
+    again = Path(done.result.folder, TRIAL) if begins or settings or out else file
+    _reply(command, done, stages, progress.warned, again)
 
 
 def resume(
@@ -86,7 +86,6 @@ def _reply(
     stages: "Sequence[StageName]",
     printed: "Sequence[Fact]",
     file: Path,
-    out: Path | None = None,
 ) -> None:
     from validate.sentences import sentence
 
@@ -94,8 +93,7 @@ def _reply(
     missed = "validate" in stages and result.comparison is not None and result.comparison.passed is False
     lines = result_lines(result, stages[-1], printed, can_be_varied=done.can_be_varied)
     if "validate" in stages and result.comparison is None and done.can_be_planned:
-        again = file.as_posix() + (f" --out {out.as_posix()}" if out else "")
-        text = sentence("terminal_next", file=file.as_posix(), again=again, assumed=result.assumed)
+        text = sentence("terminal_next", file=file.as_posix(), assumed=result.assumed)
         lines.append(f"{'Next':<{LABEL_LETTERS}}{text}")
     command.reply(result.model_dump(mode="json"), lines, GATE_FAILED if missed else 0)
 

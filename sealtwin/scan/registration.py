@@ -95,7 +95,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         raise InputError(f"{path}: has no face at the height of the named points. Correct their coordinates.")
     moved_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
     levelled_mm, placed_mm = np.split(moved_mm, [len(moved_mm) - len(placed_mm)])
-    few_mm, cell_mm = _sample(levelled_mm, SEARCHED), float(np.clip(target.width_mm / ACROSS, *CELLS_MM))
+    few_mm, cell_mm = _sample(levelled_mm, SEARCHED), np.clip(target.width_mm / ACROSS, *CELLS_MM)
     search, finer = (MouthSearch.of(few_mm, target, cell_mm / times) for times in (1.0, FINER))
     if search.map.cell_mm > target.width_mm / 2:
         raise InputError(

@@ -119,7 +119,7 @@ def refuse_immovable(base: Base) -> None:
             "fluid.viscosity_pa_s instead of U and D_cm."
         )
     if fault is not None:
-        raise InputError(f"{base.path / 'trial.toml'}: [uncertainty] {fault}")
+        raise InputError(f"{base.path}: uncertainty.{fault}")
 
 
 def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True) -> Sample:

@@ -217,13 +217,13 @@ def launch(
 
     def show() -> None:
         runs = [*current.values()]
+        elapsed_s = [time.monotonic() - began_s[key] for key in launches if key in began_s]
         # A local worker starts a task as soon as it is read. A scheduler reads more tasks than its workers start.
         if options.scheduler is None:
-            elapsed_s = [time.monotonic() - began_s[key] for key in launches if key in began_s]
             progress.expect(time_left_s(runs, min(jobs, len(launches)), elapsed_s))
             progress.later(slowness(runs) * options.later_s)
         states = Counter(run.state for run in runs)
-        counts = f"{states['done']} of {len(runs)} runs done, {states['failed']} failed"
+        counts = f"{states['done']} of {len(runs)} runs done, {len(elapsed_s)} begun, {states['failed']} failed"
         progress.advance(round(100 * (work_s - waiting_s(runs))), counts)
 
     def show_during_runs() -> None:

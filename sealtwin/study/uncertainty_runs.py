@@ -100,7 +100,7 @@ def compute_other_seeds(job: Job) -> bool:
     alone = job.trial.model_copy(update={"seeds": None, "readings": None, "gate": None})
     base, folder, device = Base.of(replace(job, trial=alone)), job.path / "seeds", choose_device(job.device)
     others: list[Variant] = [({"seed": number}, with_seed(alone, number), base.sample) for number in range(1, count)]
-    jobs = min(job.jobs, len(others) if device == "cpu" else 1)
+    jobs = job.jobs if device == "cpu" else 1
     runs = compute_variants(job, folder, others, base, inputs, device, jobs, f"the mean of {count} seeds")
     seeds = [job.trial.seed, *(int(run.trial["seed"]) for run in runs)]
     profiles = [base.profile, *(read_level(folder, run) for run in runs)]
@@ -314,8 +314,9 @@ def compute_variants(
         ) from None
     plan = Plan(folder.name, runs, numbers=numbers_up_to("simulate"))
     options = StudyOptions(device, jobs, later_s=later_s + REPORT_S, retry=True, dry_run=dry_run)
-    words = "Extra runs", f"Extra runs for {why}:"
-    plan = bring_up_to_date(folder, plan, largest, options, job.progress, *words, () if dry_run else doubts)
+    announced = f"Extra runs for {why}{', and moved inputs' * dry_run}:"
+    shown = () if dry_run else doubts
+    plan = bring_up_to_date(folder, plan, largest, options, job.progress, "Extra runs", announced, shown)
     if dry_run:
         return plan.runs
     require_done(folder, plan.runs, f"there is no result for {why}")

@@ -167,6 +167,8 @@ class Trial(Settings):
         idle = {"path."} if self.path.plan is not None else {"path.fill"} if self.path.volume_ml != "cavity" else set()
         if self.crack is not None and (self.crack.tilt == "vertical" or self.crack.fill is not None):
             idle.add("crack.wall_angle_deg")
+        if self.fluid is not None and self.fluid.material is not None:
+            idle.add("fluid.density_kg_m3")
         return without_none(
             {name: values.get(name) for name in dict.fromkeys(names) if not name.startswith(tuple(idle))}
         )
@@ -250,6 +252,7 @@ OF_ANY_DRAFT = ("solver.model", "solver.settle_s")  # Settings of the solver tha
 KINDS: tuple[Kind, ...] = get_args(Kind)
 UNMEASURED = (
     *("crack.tilt", "crack.wall_angle_deg", "path.fill", "path.trim_mm", "path.speed_mm_s", "nozzle.diameter_mm"),
+    "fluid.density_kg_m3",
 )
 """Settings whose defaults are assumed if the trial does not give them. Other defaults are choices of the method."""
 ORIGINS = ("photo.data", "mesh.data", "drawing.data", "readings.data", "readings.role", "photo.mm_per_px")

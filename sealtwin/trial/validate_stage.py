@@ -93,7 +93,6 @@ def bring_up_to_date(job: Job) -> bool:
     job.progress.advance(1, "writing the report")
     stages = ("digitise", "simulate", SEEDS, UNCERTAINTY)
     used = {*DIGITISED, OVERLAY, STRAIGHT, *SIMULATED, *OF_SEEDS, SPREAD}
-    run_folder = f"reports/{trial.folder_name}"
     trajectory = record_files.read_trajectory(job.path)
     evidence = Evidence(
         name=trial.name,
@@ -111,7 +110,7 @@ def bring_up_to_date(job: Job) -> bool:
         straight_path=job.path / STRAIGHT,
         photo_data=trial.shown_by.data,
         provenance=_provenance(job, sheet, varied=spread is not None, seeds=seeds),
-        commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
+        commands=("sealtwin run trial.toml", *(["sealtwin validate trial.toml --uncertainty"] if spread else [])),
         sheet=sheet,
         edited=tuple(name for stage in stages for name in job.folder.edited(stage) if name in used),
         can_be_varied=trial.can_be_varied,

@@ -29,9 +29,10 @@ def first_page(evidence: Evidence) -> FirstPage:
 
 def first_caption(evidence: Evidence) -> str:
     """Return a text about the bands of the first figure and the stations inside them. Returns "" without bands."""
-    comparison = evidence.comparison
-    uncertainty = None if comparison is None else comparison.uncertainty
-    inside = 0 if uncertainty is None else int((~uncertainty.stations.off).sum())
+    m, inside = evidence.comparison, 0
+    if m and (u := m.uncertainty):
+        band_mm = np.interp(u.stations.s_mm, u.levels.s_mm, u.levels.profile_band_95_mm)
+        inside = np.count_nonzero(np.abs(u.stations.error_mm) <= band_mm)
     mean = mean_sentence(evidence.seeds)
     return sentence("first_caption", mean_of_runs=mean, inside=inside, **parts_of(evidence))
 

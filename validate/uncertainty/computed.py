@@ -70,7 +70,7 @@ class Inputs:
         if runs := len(self.together_mm):
             # The runs are shuffled, so that they are independent of the draws of single inputs.
             order = np.random.default_rng(stations).permutation(np.arange(draws_for(stations)) % runs)
-            components.append(self._component("inputs together", self.together_mm[order], ""))
+            components.append(self._component("inputs in combination", self.together_mm[order], ""))
         return components
 
     def _component(self, name: str, draws_mm: Floats, setting: str) -> Component:

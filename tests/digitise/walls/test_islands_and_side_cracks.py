@@ -8,6 +8,7 @@ from manifold3d import CrossSection, FillRule
 from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import crossings, signed_area
 from digitise.outline import trace_outline
+from digitise.walls.islands_and_side_cracks import _copied
 from fixtures.generate.recipe import Recipe, SideCrack
 from fixtures.generate.specimen import make_specimen
 from tests.support.photos import SMALL_FACE, distance_to, how_traced, mortar, photo_of, photo_of_light, rms, with_crack
@@ -105,3 +106,15 @@ def test_stones_in_the_crack_are_islands(tmp_path):
         exact = min(truth.islands_mm, key=lambda stone: np.linalg.norm(stone.mean(axis=0) - ring.mean(axis=0)))
         assert rms(distance_to(ring, np.vstack([exact, exact[:1]]))) < 0.05
     assert any(warning.text.startswith("3 islands are in the crack, 13.") for warning in outline.warnings)
+
+
+def test_ground_beside_a_crack_is_no_crack_in_a_white_frame(tmp_path):
+    """Ground as dark as half of the paper once counted as side cracks: 17 mm at an end were left out."""
+    points = [(150, 215), (250, 195), (350, 205)]
+    picture = with_crack(0.4 * mortar((500, 400)), points, width_px=24)
+    picture[:140], picture[270:], picture[:, :110], picture[:, 390:] = 0.95, 0.95, 0.95, 0.95
+    photo = photo_of_light(tmp_path, picture)
+    copy = _copied(photo, find_path(photo, ((150, 215), (350, 205))).points_px, 24.0)
+    ground_px = np.array([(180, 235), (250, 225), (320, 230)]) - copy.low_px
+    assert copy.factor == 1
+    assert copy.share[tuple(ground_px.T[::-1].astype(int))].min() > 0.6

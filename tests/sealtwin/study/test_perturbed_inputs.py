@@ -77,7 +77,9 @@ def test_the_input_uncertainty_of_a_linear_model_equals_the_closed_form(fast, li
     # The fast model is named beside each component, and V&V 20 is not applied to its level.
     assert inputs["model"] == ["slot", "slot"]
     parts = [part["name"] for part in figures["budget"]["parts"] if part["kind"] == "inputs"]
-    assert parts == [f"{name}, by the fast model" for name in ("volume given", "the crack's depth", "inputs together")]
+    assert parts == [
+        f"{name}, by the fast model" for name in ("volume given", "the crack's depth", "inputs in combination")
+    ]
     assert figures["input_draws"]["runs"] == RUNS == len(files.read_json(fast / SPREAD)["draws"]["moved_mm"])
     assert figures["mean_level"]["numerics_mm"] is None
     assert "the fast model" in figures["findings"][0]["text"]

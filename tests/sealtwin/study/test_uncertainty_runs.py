@@ -113,7 +113,7 @@ def test_the_comparison_states_numerical_and_input_uncertainties(again, monkeypa
     given = leave_out_pages(monkeypatch)
     with job_in(again) as job:
         run_stages(job, ("validate",))
-    assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate reports/tiny --uncertainty")
+    assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate trial.toml --uncertainty")
     assert "uncertainty: finished" in given[0].provenance
     assert not [name for name in given[0].provenance if name.endswith(("outline.json", "profile.csv"))], "by a stage"
     figures = present(read_comparison(again).uncertainty, "uncertainty")

@@ -121,7 +121,7 @@ def test_a_quadratic_effect_is_attributed_to_its_input_and_a_product_to_the_inte
     assert [effect.share for effect in effects] == pytest.approx([0.25 / whole, 0.02 / whole, 0.0], abs=0.02)
     assert together == pytest.approx(0.04 / whole, abs=0.02)
     names = [effect.name for effect in curved.inputs.errors()]
-    assert names[-1] == "inputs together, by the fast model"
+    assert names[-1] == "inputs in combination, by the fast model"
     # All parts together have the spread of the runs.
     sums_mm = np.sum([effect.draws_mm for effect in curved.inputs.errors()], axis=0)
     assert np.std(sums_mm[:, 0]) == pytest.approx(np.std(curved.moved_mm[:, 0]), rel=0.03)
