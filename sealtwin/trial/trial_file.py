@@ -165,9 +165,10 @@ class Trial(Settings):
         names += [name for name, value in values.items() if value == "undeclared"]
         names += ["photo.mm_per_px"] * (self.photo is not None and self.photo.scale_is == "assumed")
         idle = {"path."} if self.path.plan is not None else {"path.fill"} if self.path.volume_ml != "cavity" else set()
-        if self.crack is not None and (self.crack.tilt == "vertical" or self.crack.fill is not None):
+        if self.crack and (self.crack.tilt == "vertical" or self.crack.fill is not None):
             idle.add("crack.wall_angle_deg")
-        if self.fluid is not None and self.fluid.material is not None:
+        # With U, the density only converts units.
+        if self.fluid and (self.fluid.material or self.fluid.U):
             idle.add("fluid.density_kg_m3")
         return without_none(
             {name: values.get(name) for name in dict.fromkeys(names) if not name.startswith(tuple(idle))}

@@ -28,7 +28,9 @@ def test_a_narrow_painted_side_crack_is_included_if_side_cracks_are_kept(tmp_pat
     """A painted stroke of 5 px has an exact width; in a photo, 5 px would be too narrow to measure."""
     photo = strokes(tmp_path, ((140, 164), (30, 470)), ((60, 140), (250, 255)))
     main, whole = (trace_outline(photo, find_path(photo, None), how_traced(branches=it)) for it in ("drop", "keep"))
-    assert texts(main.warnings) == ('1 side crack (9 mm) is left out. Set branches = "keep" to include side cracks',)
+    assert texts(main.warnings) == (
+        '1 side crack (9 mm) is left out. Set photo.branches = "keep" to include side cracks',
+    )
     # 80 x 5 px of paint; a pixel of its length for the corners, which the blur of the picture rounds.
     assert signed_area(whole.outline_mm) - signed_area(main.outline_mm) == pytest.approx(4.0, abs=0.1)
     assert whole.warnings == ()

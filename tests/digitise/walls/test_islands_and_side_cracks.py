@@ -53,7 +53,7 @@ def test_side_cracks_that_are_left_out_give_a_warning_with_their_lengths(scene, 
     truth, *_ = scene
     (warning,) = dropped.warnings
     # Their course inside the main crack is not visible.
-    assert re.fullmatch(r'2 side cracks \(1[345] and 1[123] mm\) are left out\. .* branches = "keep" .*', warning.text)
+    assert re.fullmatch(r'2 side cracks \(1[345] and 1[123] mm\) are left out\. .*branches = "keep" .*', warning.text)
     assert not dropped.branches_kept
     assert len(dropped.branches_mm) == 2
     for line_mm, exact in zip(dropped.branches_mm, truth.branches_mm, strict=True):

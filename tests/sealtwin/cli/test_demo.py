@@ -13,7 +13,7 @@ def test_the_real_demo_fits_the_fast_model_and_warns_only_of_what_is_assumed(tmp
     result = json.loads(answer.stdout)
     assert result["fluid"]["unfit"] == []
     assert [fact["key"] for fact in result["sample"]["warnings"]] == ["scale.assumed"]
-    assert len(result["assumed"]) == 5
+    assert len(result["assumed"]) == 6
     assert result["comparison"] is None
     assert {path.name for path in (tmp_path / "demo" / "trial").iterdir()} == set(DEMO[REAL])
     page = (tmp_path / "demo" / "run" / "report.html").read_text(encoding="utf-8")

@@ -107,12 +107,16 @@ def test_the_starter_prints_the_defaults_and_names_all_that_is_assumed(tmp_path)
     assert {*begun.assumptions} == {*SEALANT, *UNMEASURED, "photo.data"}
 
 
+OF_PASTE = {"fluid.viscosity_pa_s", "fluid.yield_stress_pa", "fluid.density_kg_m3"}
+
+
 @pytest.mark.parametrize(
     ("settings", "left_out"),
     [
         ({"crack.tilt": "vertical"}, {"crack.tilt", "crack.wall_angle_deg"}),
-        ({"path.volume_ml": 2.0, "fluid.U": 30.0}, {"path.fill", "fluid.viscosity_pa_s", "fluid.yield_stress_pa"}),
-        ({"fluid.material": "m.toml"}, {"fluid.viscosity_pa_s", "fluid.yield_stress_pa"}),
+        ({"path.volume_ml": 2.0, "fluid.U": 30.0}, {"path.fill", *OF_PASTE}),
+        ({"fluid.material": "m.toml"}, OF_PASTE),
+        ({"fluid.viscosity_pa_s": 2.0, "fluid.yield_stress_pa": 0.0}, OF_PASTE - {"fluid.density_kg_m3"}),
         ({"path.plan": "plan.csv"}, {"path.fill", "path.trim_mm", "path.speed_mm_s"}),
     ],
 )
