@@ -169,11 +169,6 @@ class Readings(Declared):
         return fitted
 
     @property
-    def digit_mm(self) -> float:
-        """Last digit of the caliper, or that of a digital caliper if it is not declared."""
-        return self.resolution_mm or DIGIT_MM
-
-    @property
     def path(self) -> Path:
         """Path of the sheet or the scan."""
         return present(self.scan or self.file, "readings.file or readings.scan")

@@ -184,7 +184,7 @@ class RobotCell(LanguageTables):
             raise InputError(
                 f"{where}: taught_in is {self.taught_in}, but the crack's [0, 0] is on the {frame}. Digitise with "
                 "markers or the face's corners, and teach points on the sample. A ruler or mm_per_px alone requires "
-                'points that were taught in this photo, and taught_in = "photo".'
+                'points that were taught in this photo, and taught_in = "photo" at the top of the cell file.'
             )
 
     def missing_for(self, kind: Format) -> str | None:

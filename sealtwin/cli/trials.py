@@ -123,7 +123,7 @@ def demo(
     run_file(command, trial, folder / "run", ALL_STAGES)
     if real:
         draft = f"--set solver.model=particles --preset draft --out {folder / 'draft'}"
-        command.say(f"With particles, in minutes: sealtwin run {trial} {draft}")
+        command.say(f"With particles, as a draft: sealtwin run {folder / 'run' / 'trial.toml'} {draft}")
 
 
 @answers(*FLUID, options=FLUID_RUN, device=True)

@@ -95,17 +95,16 @@ class _Timed(Progress):
     def _left(self, done: int) -> str:
         """Return the remaining time of the command in words.
 
-        Returns "" if it is unknown, if the expected time has passed, and after the last step. Without an expected time,
-        also returns "" before a tenth of the steps is finished.
+        Returns "" if it is unknown, before a tenth of the steps is finished, and after the last step.
         """
         now_s = time.monotonic()
         by_pace_s = self._pace.left_s(done, now_s)
-        left_s = by_pace_s if self._ends_s is None else self._ends_s - now_s
-        early = self._ends_s is None and done < self._shown_from
-        if left_s is None or left_s <= 0 or early or done >= self._total:
+        left_s = by_pace_s if self._ends_s is None else max(0.0, self._ends_s - now_s)
+        if left_s is None or not self._shown_from <= done < self._total:
             return ""
         whole_s = left_s * self._total / (self._total - done)
-        return f"about {in_words(left_s + self.later_times * whole_s + self.later_s)} left"
+        later_s = self.later_times * whole_s + self.later_s
+        return f"about {in_words(left_s + later_s)} left{' in all' * (later_s > 0)}"
 
 
 class QuietProgress(Progress):

@@ -267,14 +267,14 @@ def draw(base: Base, jobs: int, progress: Progress, folder: Path, runs: int = RU
     tasks = {part: (base, moves, s_mm) for part, moves in parts.items() if not part.is_file()}
     done = len(parts) - len(tasks)
     progress.start("Moved inputs", len(parts), done)
-    for part, part_mm in run_tasks(levels_of, tasks.items(), min(jobs, len(tasks))):
+    for part, part_mm in run_tasks(levels_of, tasks.items(), jobs):
         if isinstance(part_mm, Lost):
             raise NumericalError(f"{base.path}: {part_mm.reason}. Repeat the command.")
         if isinstance(part_mm, str):
             raise InputError(part_mm)
         files.write_bytes(part, part_mm.tobytes())
         done += 1
-        progress.advance(done, f"{PART} runs of the fast model each")
+        progress.advance(done, f"{done} of {len(parts)} parts of {PART} runs of the fast model")
     levels_mm = np.frombuffer(b"".join(map(files.read_bytes, parts))).reshape(-1, PLACES)
     # Rounding to tenths of a micrometre keeps the file small.
     return InputDraws(s_mm, inputs, np.round(levels_mm - level_of(base, {}, s_mm), 4))

@@ -25,7 +25,6 @@ from sealtwin.core.run_folder import stage_key
 from sealtwin.core.workers import cores
 from sealtwin.study.estimate import FAST_S, REPORT_S, time_left_s
 from sealtwin.study.perturbed_inputs import (
-    STEP_FACTOR,
     Base,
     draw,
     fast_level,
@@ -170,7 +169,7 @@ def vary(job: Job) -> bool:
     draws, runs = None, list[StudyRun]()
     if drawn:
         # Draws come first, so that an input that cannot be changed is refused before the long runs.
-        runs = extra(RUNS * FAST_S / STEP_FACTOR / max(1, cores()), dry_run=True) if variants else []
+        runs = extra(RUNS * FAST_S / max(1, cores()), dry_run=True) if variants else []
         job.progress.later(time_left_s(runs, jobs) + REPORT_S)
         draws = draw(base, cores(), job.progress, folder / DRAWS / key)
     if variants:
@@ -314,7 +313,7 @@ def compute_variants(
         ) from None
     plan = Plan(folder.name, runs, numbers=numbers_up_to("simulate"))
     options = StudyOptions(device, jobs, later_s=later_s + REPORT_S, retry=True, dry_run=dry_run)
-    announced = f"Extra runs for {why}{', and moved inputs' * dry_run}:"
+    announced = f"Extra runs for {why}{f', and {RUNS} of the fast model with moved inputs' * dry_run}:"
     shown = () if dry_run else doubts
     plan = bring_up_to_date(folder, plan, largest, options, job.progress, "Extra runs", announced, shown)
     if dry_run:

@@ -141,7 +141,12 @@ def station_rows(evidence: Evidence) -> tuple[tuple[str, tuple[str, ...]], ...]:
 
     band = ()
     if (uncertainty := comparison.uncertainty) is not None:
-        band = (("± in 19 of 20, mm", tuple(f"{value:.1f}" for value in uncertainty.levels.band_95_mm)),)
+        band = (
+            (
+                "± of this reading alone in 19 of 20, mm",
+                tuple(f"{value:.1f}" for value in uncertainty.levels.band_95_mm),
+            ),
+        )
     of_seeds = "simulated, mm" if seeds is None else f"mean of {len(seeds.seeds)} ± {seeds.band_95_mm:.1f}, mm"
     return (
         ("along, mm", tuple(f"{s_mm:.4g}" for s_mm in readings.s_mm)),

@@ -123,13 +123,14 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
     share leave no trace in the readings, and are accepted as declared.
     """
     source, (repeats_mm, residual_mm) = measured.source or "readings", repeats_of(measured)
-    _require_resolution(repeats_mm, settings.digit_mm, source)
+    digit_mm = settings.resolution_mm or DIGIT_MM
+    _require_resolution(repeats_mm, digit_mm, source)
     if declared.pass_mm is not None:
         _require_pass_mm(residual_mm, measured.s_mm, declared.pass_mm, source)
     if (declared_mm := declared.repeatability_mm) is not None:
         if (~np.isnan(repeats_mm)).sum(axis=1).max() > 1:
             squares_mm2, freedom = _scatter(residual_mm, measured.s_mm, declared.pass_mm)
-            variance_mm2 = declared_mm**2 + settings.digit_mm**2 / 12
+            variance_mm2 = declared_mm**2 + digit_mm**2 / 12
             if squares_mm2 > variance_mm2 * chi_squared(1 - FALSE_ALARM, freedom):
                 raise InputError(
                     f"{source}: the repeats contradict uncertainty.repeatability_mm = {declared_mm:g}: they scatter by "

@@ -9,7 +9,7 @@ from sealtwin.core.facts import Fact
 from sealtwin.core.records import Booleans, Floats, Profile
 from sealtwin.core.scan_figures import Scan
 from validate.sentences import assumed, doubted
-from validate.settings import OF_THE_READINGS, Readings, Uncertainty
+from validate.settings import DIGIT_MM, OF_THE_READINGS, Readings, Uncertainty
 from validate.uncertainty.budget import (
     DRAWS,
     FEW_STATIONS,
@@ -66,10 +66,9 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     draws = draws_for(stations)
     repeats_mm, residual_mm = repeats_of(measured)
     count = (~np.isnan(repeats_mm)).sum(axis=1).astype(np.float64)
-    resolution_mm = max(settings.digit_mm, resolution_of(repeats_mm))
-    digit_of: Source = "assumed" if settings.resolution_mm is None else "declared"
-    if resolution_mm > settings.digit_mm:
-        digit_of = "detected"
+    digit_mm = settings.resolution_mm or DIGIT_MM
+    resolution_mm = max(digit_mm, resolution_of(repeats_mm))
+    digit_of: Source = "detected" if resolution_mm > digit_mm else "declared" if settings.resolution_mm else "assumed"
     own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
     far, robust_mm = _far(own_mm, count, resolution_mm)
     notes = list[Fact]()

@@ -95,7 +95,7 @@ PREDICTED = PredictedLevel.model_construct(
 # fmt: off
 COMPARED = {
     "held out": (lambda e: compared(e), [
-        "Held out, as declared", "No baseline is nearer: a flat level of the dispensed volume (",
+        "Held out, as declared", "None of these is nearer the readings: a flat level of the dispensed volume (",
         "outside the 95 % band of the whole profile (errors of readings) at 9 of 9 stations.",
         "Gate     1.6 mm: passed"]),
     "gate undecided": (lambda e: compared(e, gate=Gate(mean_error_mm=0.5)), ["Gate     0.5 mm: undecided"]),

@@ -154,7 +154,8 @@ def test_a_baseline_uses_no_more_readings_than_the_simulation(role, fitted, name
         ),
         (
             0.1,
-            "No baseline is nearer: a flat line (error 2.00 mm), a parabola (error 1.00 mm), a curve (error 0.50 mm).",
+            "None of these is nearer the readings: a flat line (error 2.00 mm), a parabola (error 1.00 mm), a curve "
+            "(error 0.50 mm).",
         ),
     ],
 )

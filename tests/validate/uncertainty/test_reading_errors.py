@@ -81,6 +81,13 @@ def test_a_resolution_coarser_than_the_scatter_determines_the_error():
     assert 0.2 < np.median(whole.band_mm) < 0.35
 
 
+def test_a_last_digit_and_a_limit_are_declared_only_if_they_were_given():
+    profile = measured(np.round(noise_mm(0.1), 2))
+    for given, source in (({}, "assumed"), ({"resolution_mm": 0.01, "limit_mm": 0.03}, "declared")):
+        sources = {one.setting: one.source for one in budget(profile, **given).components}
+        assert sources["readings.resolution_mm"] == sources["readings.limit_mm"] == source
+
+
 def test_undeclared_errors_are_named_with_their_expected_effect():
     profile = scattered(0.1)
     of_readings = {"datum_error_mm": 0.05, "probe_mm": 0.5, "rounding": "nearest", "limit_mm": 0.02}
