@@ -329,8 +329,8 @@ class NozzlePath(Settings):
     """Volume of sealant along the crack. "cavity" means the cavity's volume times ``fill``."""
     fill: float = Field(default=0.6, gt=0.01, le=3)
     """Fraction of the cavity's volume to dispense, if volume_ml = "cavity". Paste with a yield stress slopes up towards
-    the end of the path. With the default and 2 Pa, it stayed at most 0.5 mm above the face in 12 cracks, 3 to 8 mm wide
-    and 60 to 130 mm long. 1 fills a crack up to its face if the sealant levels."""
+    the end of the path. With the default and 2 Pa, it rose at most 0.7 mm above the face in particle runs of 12 cracks,
+    3 to 8 mm wide and 60 to 130 mm long. 1 fills a crack up to its face if the sealant levels."""
     weighed: Dispensed | None = None
     """Mass of the sealant that was dispensed. It replaces volume_ml and the uncertainty of volume_ml."""
     flow: Literal["constant", "cross_section"] = "constant"

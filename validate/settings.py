@@ -252,8 +252,8 @@ class Uncertainty(Settings):
     beginning of the path. If the sample was weighed, the rest of the path gets this sealant."""
     width_mm: Standard | None = None
     """Uncertainty of the crack's mean width, which scales all widths. Default: a quarter of the 95 % interval if the
-    width was fitted to the profile of a thin crack. Otherwise it is not included. An outline with kept side cracks
-    cannot have it."""
+    width was fitted to the profile of a thin crack. Otherwise it is not included. It
+    cannot be given for an outline with kept side cracks."""
     wall_angle_deg: Standard | None = None
     """Uncertainty of the walls' tilt, which is the same for both walls."""
     depth_mm: Standard | None = None

@@ -67,10 +67,8 @@ def public(*kinds: type[Settings]) -> Callable[[Function], Function]:
         @wraps(function)
         def call(*arguments: Any, **keywords: Any) -> Any:
             if unknown := [key for key in keywords if key not in parameters]:
-                close = difflib.get_close_matches(unknown[0], parameters, n=2)
-                allowed = (
-                    f"did you mean {' or '.join(close)}?" if close else f"allowed: {', '.join(sorted(parameters))}."
-                )
+                near = difflib.get_close_matches(unknown[0], parameters, n=2)
+                allowed = f"did you mean {' or '.join(near)}?" if near else f"allowed: {', '.join(sorted(parameters))}."
                 raise InputError(f"{name}: there is no keyword {unknown[0]}; {allowed}")
             try:
                 values = whole.bind(*arguments, **keywords).arguments

@@ -99,7 +99,7 @@ def compute_other_seeds(job: Job) -> bool:
     alone = job.trial.model_copy(update={"seeds": None, "readings": None, "gate": None})
     base, folder, device = Base.of(replace(job, trial=alone)), job.path / "seeds", choose_device(job.device)
     others: list[Variant] = [({"seed": number}, with_seed(alone, number), base.sample) for number in range(1, count)]
-    jobs = job.jobs if device == "cpu" else 1
+    jobs = min(job.jobs, len(others) if device == "cpu" else 1)
     runs = compute_variants(job, folder, others, base, inputs, device, jobs, f"the mean of {count} seeds")
     seeds = [job.trial.seed, *(int(run.trial["seed"]) for run in runs)]
     profiles = [base.profile, *(read_level(folder, run) for run in runs)]
@@ -169,7 +169,8 @@ def vary(job: Job) -> bool:
     draws, runs = None, list[StudyRun]()
     if drawn:
         # Draws come first, so that an input that cannot be changed is refused before the long runs.
-        runs = extra(RUNS * FAST_S / max(1, cores()), dry_run=True) if variants else []
+        if variants:
+            runs = extra(RUNS * FAST_S / max(1, cores()))
         job.progress.later(time_left_s(runs, jobs) + REPORT_S)
         draws = draw(base, cores(), job.progress, folder / DRAWS / key)
     if variants:
@@ -283,19 +284,18 @@ def compute_variants(
     device: str,
     jobs: int,
     why: str,
-    later_s: float = 0.0,
-    *,
-    dry_run: bool = False,
+    draws_s: float = 0.0,
 ) -> list[StudyRun]:
     """Compute the variants that are not yet finished in ``folder``, and return the runs of all variants.
 
     ``inputs`` contains the hashes of the files of the trial's first run. ``why`` completes the text "Extra runs for ".
-    ``later_s`` is the time that the command needs beside these runs and the report. A dry run only shows the time.
-    Raises InputError if the particles are too large or too small for a crack, and NumericalError if a run failed.
+    ``draws_s`` is the time of random draws that come before the runs. If it is not 0, the function computes nothing,
+    and shows the time of the whole command. Raises InputError if the particles are too large or too small for a crack,
+    and NumericalError if a run failed.
     """
+    dry_run, wanted = draws_s > 0, list[WantedRun]()
     if holds_study(folder):
         remove_temporary_files(folder)
-    wanted = list[WantedRun]()
     for number, (moved, trial, sample) in enumerate(variants, start=1):
         # Runs with another particle size or seed have the same sample as the trial.
         steps = {} if moved.keys() & {"solver.radius_mm", "seed"} else moved
@@ -312,10 +312,17 @@ def compute_variants(
             "trial. Give the trial another solver.radius_mm."
         ) from None
     plan = Plan(folder.name, runs, numbers=numbers_up_to("simulate"))
-    options = StudyOptions(device, jobs, later_s=later_s + REPORT_S, retry=True, dry_run=dry_run)
-    announced = f"Extra runs for {why}{f', and {RUNS} of the fast model with moved inputs' * dry_run}:"
-    shown = () if dry_run else doubts
-    plan = bring_up_to_date(folder, plan, largest, options, job.progress, "Extra runs", announced, shown)
+    options = StudyOptions(device, jobs, later_s=draws_s + REPORT_S, retry=True, dry_run=dry_run)
+    plan = bring_up_to_date(
+        folder,
+        plan,
+        largest,
+        options,
+        job.progress,
+        "Extra runs",
+        f"Extra runs for {why}{f', and {RUNS} of the fast model with moved inputs' * dry_run}:",
+        () if dry_run else doubts,
+    )
     if dry_run:
         return plan.runs
     require_done(folder, plan.runs, f"there is no result for {why}")

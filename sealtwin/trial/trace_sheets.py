@@ -97,7 +97,7 @@ def _opened(path: Path, replacements: SettingValues) -> Opened:
 
 
 def _temporary(replacements: SettingValues) -> dict[str, Any]:
-    """Return values of the scale and the depth for a photo of which they are not known yet."""
+    """Return a scale and a depth for a photo of which neither is known."""
     scales = {f"photo.{key}" for key in ("markers", "face_mm", "ruler_px", "mm_per_px")}
     whether = {"photo.mm_per_px": scales & replacements.keys(), "crack.depth_mm": "crack.depth_mm" in replacements}
     return {name: UNSCALED_MM_PER_PX for name, is_given in whether.items() if not is_given}

@@ -167,8 +167,8 @@ class Trial(Settings):
         idle = {"path."} if self.path.plan is not None else {"path.fill"} if self.path.volume_ml != "cavity" else set()
         if self.crack and (self.crack.tilt == "vertical" or self.crack.fill is not None):
             idle.add("crack.wall_angle_deg")
-        # With U, the density only converts units.
-        if self.fluid and (self.fluid.material or self.fluid.U):
+        # With U and no yield stress, the density only converts units.
+        if self.fluid and (self.fluid.material or (self.fluid.U and not self.fluid.yields)):
             idle.add("fluid.density_kg_m3")
         return without_none(
             {name: values.get(name) for name in dict.fromkeys(names) if not name.startswith(tuple(idle))}
@@ -252,7 +252,12 @@ class Trial(Settings):
 OF_ANY_DRAFT = ("solver.model", "solver.settle_s")  # Settings of the solver that a draft does not change
 KINDS: tuple[Kind, ...] = get_args(Kind)
 UNMEASURED = (
-    *("crack.tilt", "crack.wall_angle_deg", "path.fill", "path.trim_mm", "path.speed_mm_s", "nozzle.diameter_mm"),
+    "crack.tilt",
+    "crack.wall_angle_deg",
+    "path.fill",
+    "path.trim_mm",
+    "path.speed_mm_s",
+    "nozzle.diameter_mm",
     "fluid.density_kg_m3",
 )
 """Settings whose defaults are assumed if the trial does not give them. Other defaults are choices of the method."""

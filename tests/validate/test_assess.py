@@ -13,6 +13,7 @@ from tests.support.evidence import axes_of, heights, make_evidence, slope
 from validate.compare import assess
 from validate.figures.levels import draw_uncertainty
 from validate.report.chapters import uncertainty_tables
+from validate.report.first_page import first_caption
 from validate.result import Evidence
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
@@ -84,6 +85,17 @@ def test_the_level_of_the_fast_model_is_added_to_the_baselines(evidence):
     assert "The fast model (error 0.20 mm) is nearer" in both.verdict
     assert [one.name for one in both.baselines if one not in alone.baselines] == ["the fast model"]
     assert both.uncertainty.mean_level == alone.uncertainty.mean_level
+
+
+def test_the_caption_counts_the_places_inside_the_band_that_is_drawn(evidence):
+    """The figure draws the band of the readings, and not the wider one with an input that moves the level by 0.3 mm."""
+    alone, both = (
+        all_of(evidence, declared, runs)
+        for declared, runs in ((NO_PASSES, None), (Uncertainty(volume_ml=0.1, pass_mm=0.0), spread(effects=[LIFTED])))
+    )
+    assert [one.uncertainty.stations.off.sum() for one in (alone, both)] == [9, 0]
+    for comparison in (alone, both):
+        assert "at 0 of 9 places" in first_caption(replace(evidence, comparison=comparison))
 
 
 def test_the_uncertainty_includes_only_declared_inputs_and_names_missing_inputs(evidence, lifted, varied):

@@ -61,6 +61,9 @@ def test_each_remedy_names_the_trial_file_that_the_user_has(lab):
     answer = _quick(lab)
     assert answer.exit_code == 0, answer.output
     assert f"'sealtwin run {lab / 'out' / 'trial.toml'}'" in answer.stdout, "a quick run has assumed values to correct"
+    faster = ("--set", "path.speed_mm_s=19", "--out", str(lab / "faster"), "--device", "cpu")
+    answer = CliRunner().invoke(app, ["run", str(lab / "out" / "trial.toml"), *faster])
+    assert f"'sealtwin run {lab / 'faster' / 'trial.toml'}'" in answer.stdout, "only that trial has the new speed"
     assert "no snapshot" not in answer.stderr, "nobody asked for the times of the default"
     trial = lab / "trial.toml"
     run = ("run", str(trial), "--out", str(lab / "run"), "--device", "cpu")

@@ -16,11 +16,14 @@ from sealtwin.core.progress import Progress
 from sealtwin.study import perturbed_inputs, uncertainty_runs
 from sealtwin.study.perturbed_inputs import PART, Base, draw, moved_sample, refuse_immovable, takes_draws
 from sealtwin.study.pipeline import run_stages
+from sealtwin.study.study_folder import OUTCOME
 from sealtwin.study.uncertainty_runs import DRAWS, vary
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY
 from simulate.slot import run as slot_run
+from tests.support.messages import Narration
 from tests.support.report_stubs import leave_out_pages
 from tests.support.tiny_study import FAST, job_in, run_tiny
+from validate.uncertainty.computed import RUNS as COMPUTED_RUNS
 
 DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\ndepth_mm = 0.5\n"
 MM_PER_ML, MM_PER_MM, RUNS, UNFIT = 30.0, 0.3, 4 * PART, ("A mound.",)
@@ -103,8 +106,26 @@ def test_draws_that_a_killed_process_has_finished_are_not_computed_again(fast, l
     with pytest.raises(KeyboardInterrupt):
         draw(base, 0, Progress(), tmp_path / "killed", RUNS)
     resumed = draw(base, 0, Progress(), tmp_path / "killed", RUNS)
+    draw(base, 2, Progress(), tmp_path / "killed", RUNS)
     assert np.array_equal(resumed.moved_mm, whole.moved_mm)
-    assert len(parts) == 3 + 2
+    assert len(parts) == 3 + 2, "the last call finds all parts"
+
+
+def test_the_time_of_the_whole_command_is_shown_before_the_draws(tmp_path, monkeypatch):
+    text = FAST.replace('model = "slot"\n', "").replace("radius_mm = 0.45", "radius_mm = 0.36")
+    particles = run_tiny(tmp_path, text + DECLARED)
+    monkeypatch.setattr(uncertainty_runs, "takes_draws", lambda _: True)
+
+    def killed(base, jobs, progress, folder):
+        assert progress.later_s > 0, "of the runs after the draws"
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(uncertainty_runs, "draw", killed)
+    with job_in(particles) as job, pytest.raises(KeyboardInterrupt):
+        vary(replace(job, progress=(narration := Narration())))
+    (announced,) = [note for note in narration.notes if "runs to compute: about" in note]
+    assert f"and {COMPUTED_RUNS} of the fast model" in announced
+    assert not [*particles.rglob(OUTCOME)]
 
 
 def test_more_sealant_raises_the_level_and_a_deeper_crack_lowers_the_level(fast):
