@@ -121,8 +121,9 @@ def test_the_time_of_the_whole_command_is_shown_before_the_draws(tmp_path, monke
         raise KeyboardInterrupt
 
     monkeypatch.setattr(uncertainty_runs, "draw", killed)
+    narration = Narration()
     with job_in(particles) as job, pytest.raises(KeyboardInterrupt):
-        vary(replace(job, progress=(narration := Narration())))
+        vary(replace(job, progress=narration))
     (announced,) = [note for note in narration.notes if "runs to compute: about" in note]
     assert f"and {COMPUTED_RUNS} of the fast model" in announced
     assert not [*particles.rglob(OUTCOME)]
