@@ -115,6 +115,7 @@ OF_PASTE = {"fluid.viscosity_pa_s", "fluid.yield_stress_pa", "fluid.density_kg_m
     [
         ({"crack.tilt": "vertical"}, {"crack.tilt", "crack.wall_angle_deg"}),
         ({"path.volume_ml": 2.0, "fluid.U": 30.0}, {"path.fill", *OF_PASTE}),
+        ({"fluid.U": 30.0, "fluid.yield_stress_pa": 4.0}, OF_PASTE - {"fluid.density_kg_m3"}),
         ({"fluid.material": "m.toml"}, OF_PASTE),
         ({"fluid.viscosity_pa_s": 2.0, "fluid.yield_stress_pa": 0.0}, OF_PASTE - {"fluid.density_kg_m3"}),
         ({"path.plan": "plan.csv"}, {"path.fill", "path.trim_mm", "path.speed_mm_s"}),
