@@ -24,18 +24,20 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Booleans, Floats
 
-PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
+PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif", ".avif"}
 """File endings of photos in a folder. Photos that cannot be read are reported."""
-FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
-READABLE = "JPEG, PNG, WEBP, TIFF, BMP or HEIC, with 8 bits per channel"
+FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "AVIF")
+READABLE = "JPEG, PNG, WEBP, TIFF, BMP, HEIC or AVIF"
 MAX_PIXELS = 50_000_000  # Largest photo: twice as many as a good camera has. It takes 350 MB of memory
 TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed. Save it smaller."
 MIN_SIDE_PX = 64
 # Brands of pictures in ISO 23008-12; other brands are videos
 HEIC_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"mif1")
+# Tone curves that ITU-T H.273 numbers: BT.709 and its equals, sRGB, gamma 2.2, and "unspecified". Others are HDR's
+CAMERA_CURVES, LONGEST_HEAD = (1, 2, 4, 6, 13, 14, 15), 1 << 16
 RAW_ENDINGS = (".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2")
 RAW = "a camera's raw file must be developed: save it as JPEG at full size."
-UNREADABLE = f"save it as {READABLE}. AVIF files and videos are not accepted, and {RAW}"
+UNREADABLE = f"save it as {READABLE}; videos are not accepted, and {RAW}"
 BLACK, BRIGHT_PART = 15, 99.5  # A photo is too dark if the 99.5th percentile of its pixels is below 15 of 255
 # Diagonal of 35 mm film, to which EXIF refers focal lengths (CIPA DCG-001)
 FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))
@@ -76,7 +78,6 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
     """Read a single 8-bit photo and turn it upright. Errors name the setting ``key``."""
     with opened(path, key) as photo:
         _require_square(path, photo)
-        _require_usual_tone(path, photo)
         focal_px = _focal_px(photo)
         # libheif has already rotated a HEIC photo, and its EXIF then states no rotation.
         ImageOps.exif_transpose(photo, in_place=True)
@@ -84,7 +85,7 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
         clear = float(np.mean(np.asarray(alpha) < 255))
         text = f"{clear:.2%} of the photo is transparent. The colours under the transparent part were used"
         doubts = (doubt("photo.transparent", text, clear),) if clear else ()
-        pixels = np.asarray(photo if photo.mode == "RGB" else photo.convert("RGB"))
+        pixels = np.asarray(_as_srgb(path, photo))
         return Decoded(image=pixels, focal_px=focal_px, warnings=doubts)
 
 
@@ -119,8 +120,11 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
             f"{LARGEST_FILE_BYTES / 1e6:.0f} MB. Copy it again, or save it as PNG."
         )
     with path.open("rb") as file:
-        start = file.read(12)
-    is_heic = start[4:8] == b"ftyp" and start[8:] in HEIC_BRANDS
+        start = file.read(LONGEST_HEAD)
+    is_heic = start[4:8] == b"ftyp" and start[8:12] in HEIC_BRANDS
+    colours = start.find(b"colrnclx")  # Box of a HEIC or AVIF picture (ISO 14496-12, 12.1.5)
+    if colours >= 0 and int.from_bytes(start[colours + 10 : colours + 12]) not in CAMERA_CURVES:
+        raise InputError(f"{path}: the file states an HDR tone curve. Save it as sRGB.")
     if is_heic:
         # Imported here: it takes memory and a tenth of a second.
         from pi_heif import register_heif_opener
@@ -157,7 +161,7 @@ def _check_header(path: Path, photo: Image.Image) -> None:
     _check_size(path, *photo.size)
     # Pillow opens 16-bit colours as 8 bits. The arguments of its decoder show how they are stored.
     stored_as = str(getattr(photo, "tile", ""))
-    if photo.mode.startswith(("I", "F")) or ";16" in stored_as or photo.info.get("bit_depth", 8) > 8:
+    if photo.mode.startswith(("I", "F")) or ";16" in stored_as:
         raise InputError(
             f"{path}: the picture has more than 8 bits per channel. Save it with 8 bits, for example as PNG."
         )
@@ -210,63 +214,50 @@ def _focal_px(photo: Image.Image) -> float | None:
 
 # Largest difference from a camera's exponent (sRGB: 2.1 to 2.25). It changes a width by less than 1 %
 EXPONENT_TOLERANCE = 0.2
-MIDDLE = 128  # Stored value at which the exponent of a tone curve is measured
-MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Pillow mode for each colour space of the profiles that are checked
 
 
-def _require_usual_tone(path: Path, photo: Image.Image) -> None:
-    """Raise InputError if the file states a tone curve unlike a camera's.
+def _as_srgb(path: Path, photo: Image.Image) -> Image.Image:
+    """Return the photo as RGB, converted from its ICC profile to sRGB.
 
-    With such a curve, widths would be off by several percent. The pixels are not converted. Photos in other colour
-    spaces with the curve of sRGB, as phones save them, stay as they are.
+    Raises InputError if the profile does not fit the photo, or, without a profile, if the file states a tone curve
+    unlike a camera's: widths would be off by several percent.
     """
-    for source, stated in _stated(photo).items():
-        try:
-            gamma = float(stated)
-        except (TypeError, ValueError, ZeroDivisionError):
-            continue
-        if not abs(gamma - DISPLAY_GAMMA) <= EXPONENT_TOLERANCE:
-            curve = f"an unreadable {source}" if math.isnan(gamma) else f"gamma {gamma:.2g} ({source})"
-            raise InputError(
-                f"{path}: the file states a tone curve of {curve} instead of a camera's usual {DISPLAY_GAMMA:g}. Save "
-                "it as sRGB."
-            )
-
-
-def _stated(photo: Image.Image) -> dict[str, Any]:
-    """Return the exponents from stored value to light that the file states, by source.
-
-    An exponent is None if the source states none, and NaN if it is unreadable.
-    """
-    exif, png = photo.getexif(), photo.info.get("gamma")
-    return {
-        "PNG gAMA": 1 / png if png and "srgb" not in photo.info else None,
-        "EXIF Gamma": exif.get_ifd(IFD.Exif).get(Base.Gamma),
-        "TransferFunction": math.nan if Base.TransferFunction in exif else None,
-        "ICC profile": _of_profile(photo.info.get("icc_profile")),
-    }
-
-
-def _of_profile(content: bytes | None) -> float | None:
-    """Return the exponent of an ICC profile. NaN if it cannot be read. None if there is no RGB or grey profile.
-
-    The exponent is computed from the conversion of a middle grey to sRGB, whose exponent is ``DISPLAY_GAMMA``.
-    """
+    content = photo.info.get("icc_profile")
     if not content:
-        return None
+        _require_usual_tone(path, photo)
+        return photo.convert("RGB")
     # Imported here: not every photo needs it.
     from PIL import ImageCms
 
     try:
         profile = ImageCms.getOpenProfile(BytesIO(content))
-        mode = MODE_OF.get(content[16:20])  # The colour space in a profile's header
-        if mode is None:
-            return None
-        grey = Image.new("L", (1, 1), MIDDLE).convert(mode)
-        shown = ImageCms.profileToProfile(grey, profile, ImageCms.createProfile("sRGB"), outputMode="RGB")
-        return DISPLAY_GAMMA * math.log(max(np.asarray(shown).mean(), 1) / 255) / math.log(MIDDLE / 255)
+        mode = "L" if profile.profile.xcolor_space == "GRAY" else "RGB"
+        shown = ImageCms.createProfile("sRGB")
+        converted = ImageCms.profileToProfile(photo.convert(mode), profile, shown, outputMode="RGB")
     except (ImageCms.PyCMSError, OSError, ValueError):
-        return math.nan
+        raise InputError(f"{path}: the file's ICC profile is unreadable or not the photo's. Save it as sRGB.") from None
+    assert converted is not None
+    return converted
+
+
+def _require_usual_tone(path: Path, photo: Image.Image) -> None:
+    exif, png = photo.getexif(), photo.info.get("gamma")
+    # Exponents from stored value to light, by source
+    stated: dict[str, Any] = {
+        "PNG gAMA": 1 / png if png and "srgb" not in photo.info else None,
+        "EXIF Gamma": exif.get_ifd(IFD.Exif).get(Base.Gamma),
+        "TransferFunction": math.nan if Base.TransferFunction in exif else None,
+    }
+    for source, exponent in stated.items():
+        try:
+            gamma = float(exponent)
+        except (TypeError, ValueError, ZeroDivisionError):
+            continue
+        if not abs(gamma - DISPLAY_GAMMA) <= EXPONENT_TOLERANCE:
+            raise InputError(
+                f"{path}: the file states a tone curve of gamma {gamma:.2g} ({source}) instead of a camera's usual "
+                f"{DISPLAY_GAMMA:g}. Save it as sRGB."
+            )
 
 
 PAINTED = 128  # Minimum brightness or opacity, of 255, of a painted pixel
