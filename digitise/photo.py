@@ -12,12 +12,12 @@ import numpy as np
 from digitise.geometry.polyline import depth_inside, rectangle
 from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_mask, read_photo
 from digitise.image.raster import DISPLAY_GAMMA, Mask, Size, filled_polygon, shrunk
-from digitise.scale.face_scale import scale_by_face, side_lengths
-from digitise.scale.marker_scale import PRINTED_MM, scale_by_markers, seen_markers
+from digitise.scale.face_scale import scale_by_face
+from digitise.scale.marker_scale import scale_by_markers, seen_markers
 from digitise.scale.view import Lens, Scale, View
 from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, PixelPair
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.facts import Facts, doubt
+from sealtwin.core.facts import doubt
 from sealtwin.core.records import Booleans, Floats
 
 RING_POINTS = 32  # Points on each side of the face. Between two, a lens with k1 = -0.2 bends the side by 0.01 px
@@ -28,7 +28,6 @@ TILT_WARNING = (
     "a ruler does not show tilt: lengths are wrong by up to 3.5 % if the camera is 5 degrees off square, and by up "
     "to 7 % at 10 degrees. Give markers or the face's corners to measure the tilt"
 )
-SAME_SCALE = 0.01  # Largest relative difference of two scales that agree
 EDGE_PX = 3  # Number of pixels along the edge of the face that mix with the surroundings
 MARKER_MARGIN = 1.3  # Size of a marker with its white rim, divided by the size of its black square
 # A larger relative standard uncertainty of the scale gives a warning. Widths are reported with twice this uncertainty
@@ -95,23 +94,7 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
 
     Raises InputError if the photo cannot be read, or if its scale cannot be found.
     """
-    photo = scaled(read_pixels(settings, folder), settings)
-    return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
-
-
-def beside_markers(photo: Photo, settings: PhotoInput) -> Facts:
-    """Return a warning if the photo shows markers whose scale differs from a typed scale or from a ruler's scale."""
-    dictionary, corners_px = seen_markers(photo) if settings.mm_per_px or settings.ruler_px else ("", {})
-    sides_px = [side_lengths(quad) for quad in corners_px.values()] or PRINTED_MM / photo.mm_per_px
-    side_mm = photo.mm_per_px * np.median(sides_px)
-    if abs(side_mm / PRINTED_MM - 1) < SAME_SCALE:
-        return ()
-    text = (
-        f"the photo shows {len(corners_px)} markers of {dictionary}. According to the given scale "
-        f"({photo.mm_per_px:.4g} mm/px) they are {side_mm:.1f} mm wide, but they are printed {PRINTED_MM:g} mm wide "
-        "by default. Measure one, and correct photo.mm_per_px or ruler_mm, or give [photo.markers] instead"
-    )
-    return (doubt("scale.markers-differ", text, float(side_mm), "mm"),)
+    return scaled(read_pixels(settings, folder), settings)
 
 
 def offer_of_markers(photo: Path) -> str:

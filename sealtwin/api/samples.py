@@ -122,7 +122,7 @@ def read_photo(
     # Messages call an array by the name of the argument.
     file = Path("photo") if is_array else file_of(photo, "photo")
     from digitise.image import decoding
-    from digitise.photo import beside_markers, offer_of_markers, pixels_of, scaled
+    from digitise.photo import offer_of_markers, pixels_of, scaled
 
     try:
         # A mask may be an array, so it is read here.
@@ -138,7 +138,6 @@ def read_photo(
     elif mask is not None:
         drawn = decoding.read_mask(file_of(mask, "mask"), (width, height))
     read = scaled(pixels_of(decoded, file, drawn), settings)
-    read = replace(read, warnings=(*read.warnings, *beside_markers(read, settings)))
     return SamplePhoto(**content_of(read), settings=settings, sha256=sha256_of(photo if is_array else file))
 
 

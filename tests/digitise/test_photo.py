@@ -10,7 +10,6 @@ from digitise.photo import load_photo, smaller
 from digitise.scale.view import Lens, View
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
-from tests.support.paths import FIXTURE
 from tests.support.photos import mortar, photo_of_light, with_crack, write_png
 
 
@@ -55,12 +54,6 @@ def test_a_painted_mask_marks_the_crack_unless_its_size_or_area_is_wrong(tmp_pat
         drawn = load_photo(settings, tmp_path).drawn
         assert drawn is not None
         assert np.array_equal(drawn, PAINT > 0)
-
-
-@pytest.mark.parametrize(("mm_per_px", "warned"), [(0.1, False), (0.104, True)])
-def test_markers_that_contradict_a_given_scale_give_a_warning(mm_per_px, warned):
-    photo = load_photo(PhotoInput(file=FIXTURE / "photo.jpg", data="synthetic", mm_per_px=mm_per_px), FIXTURE)
-    assert any("markers of 4x4_50" in warning.text for warning in photo.warnings) is warned
 
 
 def test_a_smaller_copy_of_a_photo_has_the_same_mapping_to_millimetres(tmp_path):

@@ -69,10 +69,6 @@ def _beside_markers(path: Path) -> None:
 
 
 OFFERED = ("[photo.markers]", "4 markers of 4x4_50", "sealtwin markers --face-mm", "--toml")
-ON_PAPER = (
-    "digitise {given}/photo.png --depth-mm 16 --ends 100,130 320,132 --set crack.tilt=vertical --out {out} --mm-per-px"
-)
-typed = answers(ON_PAPER)
 SHEET = "s [mm];level [mm]\n1;-1,5\n5;-1,4\n9;-1,6\n"
 TWO_TABLES = "N3;;;Z9;\ns [mm];level [mm];;s [mm];level [mm]\n1;-1,5;;1;2,5\n9;-1,4;;9;2,6\n"
 OF_SHEET = LAB + '[readings]\nrole = "held-out"\n'
@@ -93,8 +89,6 @@ CASES: list[WrongInput] = [
         "depth_mm", code=NONE_SOUND),
     ingested("path and nozzle without settings", _files(NOT_SAID), "filled fraction of the cavity 0.6",
         "crack's ends 5 mm", "speed of the nozzle 4 mm/s", "diameter of the nozzle auto", code=0),
-    typed("a typed scale that markers in the photo contradict", _beside_markers, "4 markers of 4x4_50",
-        "0.5 mm/px", "20.0 mm wide", "16 mm", "photo.mm_per_px", "photo.markers", more=" 0.5", code=0),
     answers("quick {given}/photo.png --depth-mm 16 --out {out}")("no scale, but markers in the photo",
         _beside_markers, *OFFERED),
     ingested("no scale, but markers in the photo", lambda path: (_folder(path, LAB.replace("mm_per_px = 0.1", ""), ()),
