@@ -142,8 +142,10 @@ def _dialect(table: Table, rows: ReadRows) -> str:
     if table.station is not None and units != [table.station.unit]:
         counting += f", places in {table.station.unit}"
     mark = () if rows.mark is None else (f"decimal {rows.mark}",)
-    repeats = counted(rows.cells.levels_mm.shape[1], "repeat")
-    blank = int(np.isnan(rows.cells.readings_mm).sum())
+    missing_mm = np.isnan(rows.cells.readings_mm)
+    # A column of the template that stayed empty is no repeat.
+    taken = ~missing_mm.all(axis=0)
+    repeats, blank = counted(int(taken.sum()), "repeat"), int(missing_mm[:, taken].sum())
     missing = (f"{counted(blank, 'reading')} missing",) if blank else ()
     skipped = [entry if isinstance(entry, str) else f"row {entry}" for entry in table.chosen.skip]
     named = (f"skipped: {listed(skipped)}",) if skipped else ()
