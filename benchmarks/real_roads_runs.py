@@ -8,7 +8,7 @@ from benchmarks.real_roads_photos import Listed, Mask, digest, read_mask, read_p
 from benchmarks.real_roads_rules import Branch, Verdict, is_hit, is_silent, verdict
 from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.outline import trace_outline
-from digitise.photo import load_photo
+from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
@@ -37,7 +37,7 @@ class Unclicked:
 
 
 def run_clicked(row: Listed, photos: Path) -> Clicked:
-    mask, branch = _truth(row, photos)
+    mask, branch = truth_of(row, photos)
     settings = _settings(photos / row.set / row.photo, row.ends_px)
     try:
         photo = load_photo(settings, photos)
@@ -51,13 +51,13 @@ def run_clicked(row: Listed, photos: Path) -> Clicked:
 
 
 def run_unclicked(row: Listed, photos: Path) -> Unclicked:
-    mask, branch = _truth(row, photos)
+    mask, branch = truth_of(row, photos)
     settings = _settings(photos / row.set / row.photo)
     search = CrackSearch.of(load_photo(settings, settings.file.parent))
     return Unclicked([is_hit(crack.line_px, branch, mask) for crack in search.cracks])
 
 
-def _truth(row: Listed, photos: Path) -> tuple[Mask, Branch]:
+def truth_of(row: Listed, photos: Path) -> tuple[Mask, Branch]:
     height, width, _ = read_picture(_content(photos, row.set, row.photo, row.photo_sha256)).shape
     content = _content(photos, row.set, row.mask, row.mask_sha256)
     mask = read_mask(content, row.mask, read_sets()[row.set].least_value, (width, height))
@@ -72,6 +72,10 @@ def _content(photos: Path, one_set: str, path: str, sha256: str) -> bytes:
     if not file.exists() or digest(content := file.read_bytes()) != sha256:
         raise SystemExit(f"{file} is missing or not the listed file: see python -m benchmarks.real_roads_photos --help")
     return content
+
+
+def photo_of(row: Listed, photos: Path) -> Photo:
+    return load_photo(_settings(photos / row.set / row.photo), photos)
 
 
 def _settings(file: Path, ends_px: tuple[tuple[float, float], tuple[float, float]] | None = None) -> PhotoInput:

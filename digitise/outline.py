@@ -96,9 +96,9 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
     without walls.
     """
     outline = _measured(photo, path, settings)
-    shown = photo_of_paint(photo, path) if path.source == "mask" else photo
-    beyond = judge_beyond(shown, outline.centreline_px, outline.ends, path.width_px)
-    return with_doubts(outline, *beyond)
+    if path.source in CLICKED:
+        return outline
+    return with_doubts(outline, *judge_beyond(photo, outline.centreline_px, outline.ends, path.width_px))
 
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
@@ -224,6 +224,7 @@ def outline_along(
         ends=traced.kinds,
         **photo.facts_of_outline,
         path_source=path.source,
+        path_verdict=path.verdict,
         warnings=(*warnings, *doubts),
         width_source=source,
         width_95_mm=width_95_mm,

@@ -1,6 +1,7 @@
 """Find the crack in a photo: in a painted mask, along the darkest path between clicked points, or by a chosen line."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -9,10 +10,10 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.spatial import KDTree
 
-from digitise.crack_path.candidates import FoundCrack, candidates
-from digitise.crack_path.gates import GATES, Route, moved_click
+from digitise.crack_path.candidates import MAX_UNLIKE, FoundCrack, candidates
 from digitise.crack_path.hints import IF_LIGHTER, CrackPath, check_hints, listed, region_px, snap_px, too_far
 from digitise.crack_path.line_map import CLEARNESS_LIMIT, SIGMA, LineMap, cheapest_legs, map_lines
+from digitise.crack_path.line_verdict import REFUSED, TAKEN, Route, judge
 from digitise.crack_path.medial_axis import distance_outside, nearest_cell
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.profiles import width_along
@@ -28,9 +29,11 @@ from sealtwin.core.facts import Facts, doubt, texts
 FOLLOWS_CELLS, MAX_ASTRAY = 5.0, 0.2
 ON_CRACK = 3.0  # Clearness of a cell on a crack: the darkest paths through bare ground have 2 on average
 SHARE_ON_CRACK = 0.5  # The same limit as a share of the path's own clearness
+RIVAL = 0.5  # A line with this share of the best line's score is nearly as good
 PATH_CELLS = 1.5  # Paths closer than this, in cells, are the same
 SEARCH_WIDTHS = 1.0  # The crack's middle is searched for within this many widths to each side of the path
 MIN_BESIDE = 3.0  # Minimum of that distance, in cells
+ASTRAY = 1e3  # Factor of a step's cost off that band, which a stop that the first path passes by may need
 CLEAREST = 90  # Percentile of the clearness near the path that is taken for the clearness of the crack's middle
 
 
@@ -52,8 +55,9 @@ def find_path(
     """Return the path between the ends, past the via points in their order, inside ``roi_px``.
 
     In a painted photo the path is the middle of the paint. Without ends it runs from left to right along the found
-    line with the number ``crack``. Raises InputError if a point is outside the photo or off any crack, or if no crack
-    is found. Raises RivalCracksError without ends and number.
+    line with the number ``crack``, or without a number along the best line if that is probably the crack. Raises
+    InputError if a point is outside the photo or off any crack, or if no crack is found. Raises RivalCracksError
+    without ends and number if the user must choose a line.
     """
     if photo.drawn is not None:
         return painted_path(photo, ends_px)
@@ -83,7 +87,8 @@ class CrackSearch:
     def path(self, number: int | None) -> CrackPath:
         """Return the path along the crack with this number, which counts from 1, from left to right.
 
-        Raises InputError if there is no such crack, and RivalCracksError without a number.
+        Without a number, the best line is taken if it is probably the crack. Raises InputError if there is no such
+        crack, and RivalCracksError if the user must choose.
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:
@@ -92,6 +97,8 @@ class CrackSearch:
                 f"{'; '.join(('give ends_px', *texts(self.warnings)))}."
             )
         if number is None:
+            if (path := self._taken()) is not None:
+                return path
             raise RivalCracksError(
                 f"{photo.file}: which line is the crack? Lines that may be it (best first, with the score as a share "
                 f"of the best): {self._listed()}. Choose one by its number, for example photo.crack = 1 (as "
@@ -113,6 +120,20 @@ class CrackSearch:
                 "crack over its whole length. Give ends_px."
             ) from None
         return replace(path, warnings=(*self.warnings, *path.warnings))
+
+    def _taken(self) -> CrackPath | None:
+        """Return the path along the best line if it is probably the crack.
+
+        Returns None if another line is nearly as good, or if the line may be an edge.
+        """
+        best, *others = self.cracks
+        if best.unlike > MAX_UNLIKE or any(other.score >= RIVAL * best.score for other in others):
+            return None
+        with suppress(InputError):
+            path = self._along(best)
+            if path.verdict["probability"] >= TAKEN and not path.warnings:
+                return replace(path, source="found")
+        return None
 
     def _along(self, crack: FoundCrack) -> CrackPath:
         """Return the path between the ends of a line.
@@ -146,7 +167,7 @@ class LiveWire:
     def path(self, ends_px: PixelPair, via_px: Clicks = ()) -> CrackPath:
         """Return the path past all clicked points in their order.
 
-        Raises InputError for a point off any crack, or if a gate refuses the path.
+        Raises InputError for a point off any crack, or if the path is probably no crack.
         """
         check_hints(self._photo, ends_px, via_px)
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], float)
@@ -158,12 +179,14 @@ class LiveWire:
         ``source`` is None if the points were found by a search and not clicked.
         """
         route = self.route(points_px, clicked=source is not None)
-        gates = [gate for gate in GATES if source is not None or gate is not moved_click]
-        findings = [finding for gate in gates if (finding := gate(route)) is not None]
-        if any(finding.level == "fault" for finding in findings):
-            findings.sort(key=lambda finding: finding.level != "fault")
-            raise InputError(f"{self._photo.file}: {'. Also, '.join(texts(findings))}.")
-        return CrackPath(route.points_px, route.width_px, source or "choice", tuple(findings))
+        probability, inputs, reason, doubtful = judge(route)
+        # Via points confirm that the crack runs there.
+        if probability < REFUSED and source != "via":
+            raise InputError(f"{self._photo.file}: no crack between the ends: {reason}. Check ends_px.")
+        text = f"the path may not be the crack: {reason}"
+        doubts = (doubt("path.doubtful", text, probability),) if doubtful else ()
+        verdict = {"probability": probability, **inputs}
+        return CrackPath(route.points_px, route.width_px, source or "choice", doubts, verdict)
 
     def route(self, points_px: Floats, clicked: bool) -> Route:
         """Return the cheapest route past the points, from the first cell on the crack to the last.
@@ -179,13 +202,13 @@ class LiveWire:
         # In a wide crack, a path along the walls is as cheap as in the middle. The middle is where cells are clearest.
         beside = distance_outside(line) <= max(SEARCH_WIDTHS * width, MIN_BESIDE)
         clearest = float(np.percentile(field.clear[beside], CLEAREST))
-        cost = np.where(beside, field.cost(max(CLEARNESS_LIMIT, clearest)), np.inf)
+        cost = np.where(beside, field.cost(max(CLEARNESS_LIMIT, clearest)), ASTRAY * cost)
         cells = self._joined(cost, stops, points_px)
         most_px = self._snap_px + width / field.scale if clicked else len(cells) / field.scale
         cells = self._on_crack(cells, points_px, width, most_px)
         line_px = field.to_photo(cells[:, ::-1])
         width_px = width_along(self._photo, line_px, max(width, 1.0) / field.scale)
-        return Route(self._photo, field, cells, line_px, width_px, points_px)
+        return Route(self._photo, field, cells, line_px, width_px)
 
     def _believing(self, points_px: Floats) -> "LiveWire":
         """Return a wire that also searches a dark region at the border if a click is deep inside that region.

@@ -1,6 +1,7 @@
 """Check clicked ends, via points and regions, and describe them in messages."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,6 +25,8 @@ class CrackPath:
     width_px: float  # Typical width of the crack along the path
     source: PathSource
     warnings: Facts = ()
+    verdict: Mapping[str, float] = field(default_factory=dict)
+    """Probability that the path follows the crack, and its inputs. Empty for a painted path."""
 
     def in_copy(self, factor: int) -> "CrackPath":
         """Return the path in pixels of ``photo.smaller``, which is ``factor`` times smaller."""

@@ -231,7 +231,7 @@ def _as_srgb(path: Path, photo: Image.Image) -> Image.Image:
 
     try:
         profile = ImageCms.getOpenProfile(BytesIO(content))
-        mode = "L" if profile.profile.xcolor_space == "GRAY" else "RGB"
+        mode = "L" if content[16:20] == b"GRAY" else "RGB"  # Colour space in the profile's header
         shown = ImageCms.createProfile("sRGB")
         converted = ImageCms.profileToProfile(photo.convert(mode), profile, shown, outputMode="RGB")
     except (ImageCms.PyCMSError, OSError, ValueError):

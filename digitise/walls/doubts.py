@@ -112,7 +112,8 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     edges_px = cheapest_wall(np.concatenate(excess), strip.sample_px, station_px).reshape(2, 2, -1)
     edges_px = np.maximum.accumulate(edges_px)
     thick_px = edges_px[1] - edges_px[0]
-    thick_px -= np.median(thick_px, axis=1, keepdims=True)
+    # The cleaner side shows the crack's usual edge. A band may be as long as the crack.
+    thick_px -= np.median(thick_px, axis=1).min()
     doubtful = median_filter(thick_px, (1, odd(RUN)), mode="nearest") > max(BAND_PX, BAND_WIDTHS * width_px)
     tip = max(1, round(TIP * width_px / station_px))
     doubtful[:, :tip] = doubtful[:, -tip:] = False

@@ -33,7 +33,8 @@ app = typer.Typer(
     help="Make a digital twin of a crack's sealing from a photo of a cracked pavement sample and a measured depth.",
     epilog=(
         "Exit codes: 0 ok, 1 bug, 2 wrong usage, 3 bad input, 4 numerical failure, "
-        "5 the trial missed its gate, or its readings do not decide it (the report is complete), 6 part of a batch failed, 130 interrupted."
+        "5 the trial missed its gate, or its readings do not decide it (the report is complete), "
+        "6 part of a batch failed, 130 interrupted."
     ),
     no_args_is_help=True,
     # Tracebacks with local variables would show the user's paths and data in a bug report.

@@ -11,8 +11,8 @@ These conventions hold everywhere:
 - Polylines are open. Rings are counter-clockwise in mm, and do not repeat their first point.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -46,12 +46,12 @@ if TYPE_CHECKING:
 
 FACING = 0.98  # A line between the walls counts as perpendicular if it deviates by up to 11 degrees (cosine)
 
-PathSource = Literal["ends", "via", "choice", "mask", "mesh", "drawn"]
+PathSource = Literal["ends", "via", "choice", "found", "mask", "mesh", "drawn"]
 """Source of a crack's path.
 
 ends: the user gave the ends; via: the user gave the ends and points between them; choice: the user chose one
-of the lines that a search found; mask: the user painted a mask; mesh: it is the crack's mouth in a mesh; drawn: the
-user gave lines in mm.
+of the lines that a search found; found: the search took the line that is probably the crack; mask: the user painted a
+mask; mesh: it is the crack's mouth in a mesh; drawn: the user gave lines in mm.
 """
 
 WidthSource = Literal["walls", "region", "fit", "gauge", "none"]
@@ -136,6 +136,8 @@ class Outline(ReadOnly, HasSummary):
     scale_residual_mm: float | None  # RMS misfit at the scale's control points. None if there are none
     path_source: PathSource
     warnings: Facts = ()
+    path_verdict: Mapping[str, float] = field(default_factory=dict)
+    """Probability that the path follows the crack, and the inputs that it follows from. Empty without a photo."""
     islands_mm: tuple[Points, ...] = ()  # Clockwise rings around parts inside the outline that are not crack
     bands_mm: tuple[Points, ...] = ()
     """Rings around bands along the walls that may or may not belong to the crack, for example debris.

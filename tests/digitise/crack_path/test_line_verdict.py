@@ -1,9 +1,10 @@
-"""Paths between clicks that are refused or doubted, with the position of the fault."""
+"""The probability that a path follows a crack, and the reason against it with its place."""
 
 import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import find_path
+from digitise.crack_path.line_verdict import DOUBTED, WEIGHTS
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
 from tests.support.photos import mortar, photo_of_light, with_crack
@@ -16,9 +17,9 @@ def path_in(folder, picture, ends_px=ENDS):
     return find_path(photo_of_light(folder, picture), ends_px)
 
 
-def broken(gap_px):
+def broken(gap_px, from_px=250):
     picture = with_crack(mortar(), WAVE, 5)
-    picture[:, 250 : 250 + gap_px] = mortar()[:, 250 : 250 + gap_px]
+    picture[:, from_px : from_px + gap_px] = mortar()[:, from_px : from_px + gap_px]
     return picture
 
 
@@ -26,21 +27,32 @@ def light_line(picture, width_px):
     return picture + (picture - with_crack(picture, WAVE, width_px)) * 0.7
 
 
+STRAIGHT = ((60.0, 150.0), (440.0, 155.0))
+
+
 @pytest.mark.parametrize(
-    ("picture", "doubt"),
+    ("picture", "ends_px", "low", "high"),
     [
-        (broken(45), "hardly any crack"),
-        (light_line(with_crack(mortar(), [(x, y + 5) for x, y in WAVE], 3), 6), "times as bright as the ground"),
+        (with_crack(mortar(), WAVE, 5), ENDS, 0.95, 1),
+        (broken(45), ENDS, 0.9, 1),
+        (broken(110), ENDS, 0.2, 0.55),
+        (with_crack(mortar(), STRAIGHT, 6), STRAIGHT, 0.6, 0.8),
     ],
-    ids=["a short stretch as bright as the ground", "the shade of a light crack"],
+    ids=["a crack", "a short gap", "a long gap", "a straight line"],
 )
-def test_a_path_over_bare_ground_or_along_a_shadow_gives_a_warning(tmp_path, picture, doubt):
-    assert any(doubt in text for text in texts(path_in(tmp_path, picture).warnings))
+def test_the_probability_falls_with_bare_stretches_and_straight_legs(tmp_path, picture, ends_px, low, high):
+    path = path_in(tmp_path, picture, ends_px)
+    assert low < path.verdict["probability"] < high
+    assert [doubt.key for doubt in path.warnings] == ["path.doubtful"] * (path.verdict["probability"] < DOUBTED)
+    assert path.verdict.keys() == {"probability", *WEIGHTS}
 
 
-def test_the_error_for_a_long_stretch_as_bright_as_the_ground_gives_its_position(tmp_path):
-    with pytest.raises(InputError, match=r"plain ground: \d+ px from \(2\d\d, .*via_px"):
-        path_in(tmp_path, broken(110))
+def test_a_path_over_bare_ground_is_refused_with_its_place_unless_a_via_point_confirms_it(tmp_path):
+    photo = photo_of_light(tmp_path, broken(270, 120))
+    with pytest.raises(InputError, match=r"no crack between the ends: from \(\d+, .*hardly darker .*via_px"):
+        find_path(photo, ENDS)
+    (doubt,) = find_path(photo, ENDS, via_px=(WAVE[10],)).warnings
+    assert "hardly darker than the ground" in doubt.text
 
 
 @pytest.mark.parametrize("width_px", [6, 16])
