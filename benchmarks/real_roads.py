@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Annotated
 
 import cv2
+import numpy as np
 from typer import Option
 
 from benchmarks.real_roads_photos import Set, listed, read_sets
@@ -54,8 +55,14 @@ def clicked_rows(photo_set: Set, answers: Sequence[Clicked]) -> list[Row]:
 
 
 def silent_row(answers: Sequence[Clicked]) -> Row:
-    silent = sum(answer.silent for answer in answers)
-    return Row(f"two clicks: wrong in silence, of {len(answers)}", silent, "", 0, 0)
+    silent = [answer.verdict == "wrong" for answer in answers if answer.silent]
+    return Row(
+        f"two clicks: wrong, of {len(silent)} traces without a caution about the path",
+        100 * float(np.mean(silent or [0])),
+        "%",
+        0,
+        2,
+    )
 
 
 def unclicked_row(answers: Sequence[Unclicked]) -> Row:
@@ -67,7 +74,7 @@ def _list(clicked: Iterable[Clicked]) -> None:
     """Print each answer between two clicks that is not right."""
     for answer in clicked:
         if answer.verdict != "right":
-            silent = ", in silence" if answer.silent else ""
+            silent = ", without a caution" if answer.silent else ""
             words = "" if answer.verdict == "other" else f": {answer.words}"
             print(f"{answer.row.set} {Path(answer.row.photo).name}: {answer.verdict}{silent}{words}")
     print()

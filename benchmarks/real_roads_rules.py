@@ -4,14 +4,12 @@ The branch of a photo is the longest skeleton path of its mask's three largest p
 
 - right if 80 % of it is within max(5 px, half the mask's width there + 3 px) of the branch, and it covers 80 % of that;
 - other if 80 % of it is within 5 px of the mask: another branch, or less of this one;
-- wrong otherwise. A wrong line is silent unless a warning names a place, (x, y) px, within 30 px of where it is off the
-  mask. A place within 5 px of an end of the line does not count.
+- wrong otherwise. A trace is silent if there is no caution about its path.
 
 A line that is offered without clicks is a hit if 80 % of it is within 5 px of the mask and it has at least 30 % of the
 branch's length.
 """
 
-import re
 from dataclasses import dataclass
 from typing import Literal
 
@@ -29,8 +27,6 @@ PIECES = 3
 SHARE = 0.8
 NEAR_PX, BESIDE_PX = 5.0, 3.0
 MIN_OF_BRANCH = 0.3
-PLACE_PX = 30.0
-PLACE = re.compile(r"\((-?\d+(?:\.\d+)?), (-?\d+(?:\.\d+)?)\)")
 
 Verdict = Literal["right", "other", "wrong", "refused"]
 
@@ -72,15 +68,6 @@ def is_hit(line_px: Floats, branch: Branch, mask: Mask) -> bool:
     dense = _dense(line_px)
     follows = np.mean(_off_mask(dense, mask) <= NEAR_PX) >= SHARE
     return bool(follows and _length(line_px) >= MIN_OF_BRANCH * branch.length_px)
-
-
-def is_silent(line_px: Floats, mask: Mask, warnings: tuple[str, ...]) -> bool:
-    """Return True if no warning names a place where a wrong line is off the mask."""
-    dense = _dense(line_px)
-    off_px = dense[_off_mask(dense, mask) > NEAR_PX]
-    places = np.array([pair for text in warnings for pair in PLACE.findall(text)], dtype=float).reshape(-1, 2)
-    places = places[KDTree(line_px[[0, -1]]).query(places)[0] > NEAR_PX]
-    return not (len(off_px) and len(places) and KDTree(off_px).query(places)[0].min() <= PLACE_PX)
 
 
 def _off_mask(points_px: Floats, mask: Mask) -> Floats:

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.real_roads_photos import Listed, Mask, digest, read_mask, read_picture, read_sets
-from benchmarks.real_roads_rules import Branch, Verdict, is_hit, is_silent, verdict
+from benchmarks.real_roads_rules import Branch, Verdict, is_hit, verdict
 from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import texts
+from sealtwin.core.facts import of_keys, texts
 
 MM_PER_PX = 0.1
 """No scale is given; the warnings in mm read like those of a photo from near."""
@@ -26,6 +26,7 @@ class Clicked:
     words: str
     """The refusal or, of a wrong line, its warnings."""
     silent: bool = False
+    """True if there is no caution about the path."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def run_clicked(row: Listed, photos: Path) -> Clicked:
         return Clicked(row, "refused", str(refusal).partition(": ")[2])
     line_px = outline.centreline_px
     judged = verdict(line_px, branch, mask)
-    silent = judged == "wrong" and is_silent(line_px, mask, texts(outline.warnings))
+    silent = not of_keys(outline.warnings, "path.doubtful")
     return Clicked(row, judged, "; ".join(texts(outline.warnings)), silent)
 
 
