@@ -6,7 +6,6 @@ Each of the two rims is then moved as a whole to half the contrast of the mean p
 """
 
 from dataclasses import replace
-from functools import partial
 
 import cv2
 import numpy as np
@@ -104,8 +103,7 @@ def _rims_px(strip: Strip, width_px: float) -> Floats:
     away_px = np.abs(strip.offset_mm) / strip.mm_per_px
     over = int(max(9, STEADY * width_px)) | 1
     core, ground = away_px <= max(1.5, CORE * width_px), (away_px >= GROUND * width_px + GROUND_PX) & strip.valid
-    darkest = partial(np.percentile, q=CORE_PERCENTILE)
-    dark = gaussian_filter1d(steadied(light[None, :, core], over, darkest), over / 4, axis=1)
+    dark = gaussian_filter1d(steadied(light[None, :, core], over, CORE_PERCENTILE), over / 4, axis=1)
     # Each side has its own ground, since a shadow's edge may lie along the crack.
     bright = gaussian_filter1d(steadied(outward(strip, np.where(ground, light, np.nan)), over), over / 4, axis=1)
     share = (outward(strip, light) - dark[..., None]) / np.maximum(bright - dark, MIN_CONTRAST)[..., None]

@@ -1,7 +1,6 @@
 """Check measured walls for bands beside them, a darker line between them, narrow stretches, and ends not reached."""
 
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import cv2
@@ -103,8 +102,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     over_px = np.arange(even.shape[2]) * strip.sample_px - walls_px
     core = np.where(valid & (over_px < -CORE_PX - CORE * walls_px), even, np.nan)
     ground = np.where(valid & (over_px > GROUND * width_px + GROUND_PX), even, np.nan)
-    darkest = partial(np.nanpercentile, q=CORE_PERCENTILE)
-    dark = steadied(np.hstack(list(core))[None], odd(STEADY), darkest)
+    dark = steadied(np.hstack(list(core))[None], odd(STEADY), CORE_PERCENTILE)
     contrast = np.maximum(steadied(ground, odd(STEADY)) - dark, MIN_CONTRAST)[..., None]
     share = (even - dark[..., None]) / contrast
     excess = [np.where(valid, np.clip(share - level, -0.5, 0.5), 0) for level in (INNER, OUTER)]

@@ -12,7 +12,7 @@ from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import pieces, radius
 from digitise.crack_path.profiles import finite_median, profiles_across
 from digitise.geometry.polyline import depth_inside, extended, left_normals, to_left, unit
-from digitise.image.raster import Mask, blurred, draw_line
+from digitise.image.raster import Mask, blurred, draw_line, window_around
 from digitise.photo import EDGE_PX, Photo, in_copy, smaller
 from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
 from sealtwin.core.arc_length import arc_length, at_arc_length
@@ -160,13 +160,16 @@ def _dark_ahead_px(
     photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float
 ) -> Floats:
     """Return the dark pixels around and ahead of an end that are connected to the end, (n, 2)."""
-    rows, columns = np.nonzero(patch.soft < threshold)
-    dark_px = np.column_stack([columns, rows]).astype(float) + patch.offset_px
+    place_px, size_px = end_px[None] - patch.offset_px, (patch.soft.shape[1], patch.soft.shape[0])
+    low, window = window_around(place_px, LOOK_AHEAD * width_px, size_px)
+    soft = patch.soft[window]
+    rows, columns = np.nonzero(soft < threshold)
+    dark_px = np.column_stack([columns, rows]).astype(float) + low + patch.offset_px
     away_px = dark_px - end_px
     # A strip behind the end is included, so that a bright speck on the end does not separate it from the crack.
     near = (away_px @ ahead > -0.5 * width_px) & (lengths(away_px) <= LOOK_AHEAD * width_px)
     near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
-    crack = np.zeros(patch.soft.shape, bool)
+    crack = np.zeros(soft.shape, bool)
     crack[rows[near], columns[near]] = True
     label = pieces(crack)[0][rows[near], columns[near]]
     if len(label) == 0:
