@@ -15,7 +15,6 @@ from digitise.crack_path.profiles import finite_median, profiles_across, row_med
 from digitise.geometry.polyline import left_normals, resampled, unit
 from digitise.image.raster import lightness, widened
 from digitise.photo import Photo
-from sealtwin.core.arc_length import step_lengths
 from sealtwin.core.records import Booleans, Floats, Integers
 
 # Limits of a line. Lengths are in cells of the line map.
@@ -35,9 +34,7 @@ LONGEST_BRIDGE = 20.0  # Longest gap that a line may bridge, for example at a co
 FADING = 0.5  # Fraction of a line's median worth. Ends with less worth have left the crack and are cut off
 SAME_CELLS, SAME = 5.0, 0.5  # Two lines are the same if they are this close over at least this fraction of their length
 
-STRAIGHT, MIN_LEG = 1.5, 24.0  # Largest distance of a straight leg from its chord, and its least length
-LEG_WIDTHS = 4.0  # Least length of a straight leg in widths of the line
-MAX_COUNTED = 9.0  # A line's score falls no further if the difference of its sides over the step is larger than this
+BEHIND = 24  # Cells before a line's end that give the direction in which it is extended
 MAX_UNLIKE = (
     0.3  # Lines whose sides differ by more than this, over the step from the line to the darker side, come last
 )
@@ -50,7 +47,7 @@ class FoundCrack:
 
     line_px: Floats  # (n, 2), px in the photo, from left to right
     width_px: float  # Typical width along the line
-    score: float  # Sum of clearness times contrast along the line, reduced for straight legs and for sides that differ
+    score: float  # Sum of clearness times contrast along the line
     # Difference in lightness of the two sides, divided by the step from the line to the darker side. inf without a step
     unlike: float
 
@@ -125,7 +122,7 @@ def _extended(way: Integers, field: LineMap, allowed: Booleans) -> Integers:
     least = max(LIKELY, FADING * float(np.median(field.clear[tuple(way.T)])))
     for _ in range(2):
         way = way[::-1]
-        ahead = unit((way[-1] - way[-min(len(way), int(MIN_LEG))]).astype(float))
+        ahead = unit((way[-1] - way[-min(len(way), BEHIND)]).astype(float))
         onward = np.rint(way[-1] + steps * ahead).astype(np.int64)
         onward = onward[((onward >= 0) & (onward < field.clear.shape)).all(axis=1)]
         ends = ~allowed[tuple(onward.T)] | (field.clear[tuple(onward.T)] < least)
@@ -184,18 +181,8 @@ def _crack(photo: Photo, field: LineMap, way: Integers) -> FoundCrack:
     along = tuple(way.T)
     line_px = field.to_photo(medial_axis.rightward(way)[:, ::-1])
     width_px = float(np.median(field.width[along])) / field.scale
-    corners, least = straight_legs(way, width_px * field.scale)
-    lengths = step_lengths(corners)
-    legs = lengths[lengths >= least].sum() / lengths.sum()
-    unlike = _unlike(photo, line_px, width_px)
-    score = _worth(field)[along].sum() * (1.05 - legs) / (1 + min(unlike, MAX_COUNTED)) / field.scale
-    return FoundCrack(line_px, width_px, score, unlike)
-
-
-def straight_legs(cells: Floats | Integers, width: float) -> tuple[Floats, float]:
-    """Return the corners between a line's straight legs, (n, 2), and the minimum length of a straight leg."""
-    corners = cv2.approxPolyDP(cells.astype(np.float32), STRAIGHT, False)[:, 0]
-    return np.asarray(corners, float), max(MIN_LEG, LEG_WIDTHS * width)
+    score = float(_worth(field)[along].sum()) / field.scale
+    return FoundCrack(line_px, width_px, score, _unlike(photo, line_px, width_px))
 
 
 def _unlike(photo: Photo, line_px: Floats, width_px: float) -> float:

@@ -11,9 +11,9 @@ light bands. The hit rate is that of each set by a fit without this set: ``pytho
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
-from digitise.crack_path.candidates import straight_legs
 from digitise.crack_path.hints import IF_LIGHTER, listed
 from digitise.crack_path.line_map import LineMap
 from digitise.crack_path.medial_axis import distance_outside
@@ -59,6 +59,7 @@ APART, APART_WIDTHS = 8.0, 1.5  # Cells farther from the path than this, in cell
 LIGHT_PX = 12.0  # Largest distance from the wall at which a light line is searched for
 LIGHT_RANGE = -1.0, 4.0
 ADD_POINTS = "Give points of the crack between the ends in photo.via_px"
+STRAIGHT = 1.5  # Largest distance of a straight leg from its chord, in cells
 SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
 
 
@@ -90,7 +91,8 @@ def judge(route: Route) -> LineVerdict:
     apart = distance_outside(on_path) > max(APART, APART_WIDTHS * width)
     others = field.clear_along(np.argwhere(apart & field.allowed))
     means, longer = (_means(clear, max(cells, STRETCH_WIDTHS * width)) for cells in (STRETCH, LONG))
-    corners = straight_legs(smoothed(route.cells[:, ::-1].astype(float), SMOOTHED), width)[0]
+    steps = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED).astype(np.float32)
+    corners = np.asarray(cv2.approxPolyDP(steps, STRAIGHT, False)[:, 0], float)
     legs, ends_px = step_lengths(corners), points_px[[0, -1]]
     longest = int(np.argmax(legs))
     step, times = _light_beside(route)

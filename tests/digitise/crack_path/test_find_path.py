@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import CrackSearch, LiveWire, RivalCracksError, find_path
+from digitise.crack_path.line_verdict import TAKEN
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
@@ -137,6 +138,13 @@ def test_the_largest_painted_piece_is_followed_unless_the_ends_are_on_another_pi
         path = find_path(photo, ends_px)
         assert distance_to(path.points_px, np.array(line)).max() < 4
         assert "2 pieces" in path.warnings[0].text
+
+
+def test_a_lone_crack_is_taken_without_clicks(tmp_path):
+    path = find_path(photo_of_lines(tmp_path, UPPER, width_px=8), None)
+    assert path.source == "found"
+    assert distance_to(path.points_px, np.array(UPPER)).max() < 9
+    assert path.verdict["probability"] >= TAKEN
 
 
 def test_a_crack_number_selects_the_crack_of_that_rank(tmp_path):
