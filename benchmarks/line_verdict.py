@@ -78,10 +78,10 @@ def main() -> list[Row]:
     routes = Routes.kept()
     right, shade = routes.verdict != "wrong", routes.kind == "shade"
     of_fit = routes.clicked & ~shade
-    held = np.empty(len(right))
+    probabilities = np.empty(len(right))
     for name in np.unique(routes.sets):
         others = of_fit & (routes.sets != name)
-        held[routes.sets == name] = probability(*fitted(routes.inputs[others], right[others]), routes.inputs)[
+        probabilities[routes.sets == name] = probability(*fitted(routes.inputs[others], right[others]), routes.inputs)[
             routes.sets == name
         ]
     constant, weights = fitted(routes.inputs[of_fit], right[of_fit])
@@ -94,27 +94,29 @@ def main() -> list[Row]:
     true, light = routes.kind == "true", routes.inputs[:, list(WEIGHTS).index("light_beside")] > LIGHT
     print("\nlimit: wrong routes said, right routes with a caution (between true clicks), wrong of silent")
     for limit in sorted({*CURVE, DOUBTED}):
-        said = (held < limit) | light
-        silent = true & ~said
+        cautioned = (probabilities < limit) | light
+        silent = true & ~cautioned
         print(
-            f"{limit:.2f}: {_percent(said[wrong])}, {_percent(said[traced])} "
-            f"({_percent(said[traced & true])}), {np.sum(silent & ~right)} of {np.sum(silent)}"
+            f"{limit:.2f}: {_percent(cautioned[wrong])}, {_percent(cautioned[traced])} "
+            f"({_percent(cautioned[traced & true])}), {np.sum(silent & ~right)} of {np.sum(silent)}"
         )
-    said = (held < DOUBTED) | light
+    cautioned = (probabilities < DOUBTED) | light
     print("\nkind: wrong routes said, of")
     for kind in dict.fromkeys(routes.kind[wrong | shade].tolist()):
         of_kind = ~right & (routes.kind == kind)
-        print(f"{kind}: {_percent(said[of_kind])} of {of_kind.sum()}")
+        print(f"{kind}: {_percent(cautioned[of_kind])} of {of_kind.sum()}")
     differs = np.abs(np.array([CONSTANT, *(weight.weight for weight in WEIGHTS.values())]) - [constant, *weights]).max()
-    silent = true & ~said
+    silent = true & ~cautioned
     return [
         Row("weights of the product off the fit", float(differs), "", 0, 1e-3),
-        Row(f"wrong routes said, of {wrong.sum()}", _share(said[wrong]), "%", 90, 100),
-        Row(f"right routes with a caution, of {traced.sum()}", _share(said[traced]), "%", 0, 15),
-        Row(f"right routes refused, of {traced.sum()}", _share(held[traced] < REFUSED), "%", 0, 2),
+        Row(f"wrong routes said, of {wrong.sum()}", _share(cautioned[wrong]), "%", 90, 100),
+        Row(f"right routes with a caution, of {traced.sum()}", _share(cautioned[traced]), "%", 0, 15),
+        Row(f"right routes refused, of {traced.sum()}", _share(probabilities[traced] < REFUSED), "%", 0, 2),
         Row(f"wrong of silent, true clicks, of {silent.sum()}", _share(~right[silent]), "%", 0, 2),
-        Row(f"bins of probability within 95 %, of {BINS}", float(reliable(held[of_fit], right[of_fit])), "", 4),
-        *_taken(routes, held),
+        Row(
+            f"bins of probability within 95 %, of {BINS}", float(reliable(probabilities[of_fit], right[of_fit])), "", 4
+        ),
+        *_taken(routes, probabilities),
     ]
 
 
@@ -130,12 +132,12 @@ def reliable(p: Floats, right: Booleans) -> int:
     return within
 
 
-def _taken(routes: Routes, held: Floats) -> Sequence[Row]:
+def _taken(routes: Routes, probabilities: Floats) -> Sequence[Row]:
     """Return the rows about photos without clicks: the first line is taken, or asked about."""
     first = routes.kind == "found 1"
     names = np.char.add(np.char.add(routes.sets, "/"), routes.photos)
     rivals = np.isin(names, names[~routes.clicked & ~first & (routes.score >= RIVAL)])
-    taken = first & (held >= TAKEN) & (routes.unlike <= MAX_UNLIKE) & ~rivals
+    taken = first & (probabilities >= TAKEN) & (routes.unlike <= MAX_UNLIKE) & ~rivals
     cracks = first & (routes.verdict != "wrong")
     return [
         Row(

@@ -283,10 +283,10 @@ def _check_found(photo: Photo, strip: Strip, seen: Booleans, span_mm: Span, most
     missing = 1 - float(np.mean(seen[within])) if within.any() else 1.0
     if missing > most_missing or not seen.any():
         first, past = max(runs(within & ~seen), key=np.ptp, default=(0, len(s_mm)))
-        place = listed(photo.to_px(strip.line_mm[[first, past - 1]]))
+        stretch = listed(photo.to_px(strip.line_mm[[first, past - 1]]))
         raise WallsMissingError(
             f"{photo.file}: walls were not found along {missing:.0%} of the path (at most {MAX_MISSING:.0%} is "
-            f"allowed), for example from {place} px. Check the photo for "
+            f"allowed), for example from {stretch} px. Check the photo for "
             "shadows and dirt along the crack, and give ends_px of a clearer part. Or draw the walls in walls_px, or "
             "paint the crack by hand in photo.mask, for example if the ground is coarse."
         )
