@@ -1,10 +1,10 @@
 """Cracks with an exact truth, traced between clicked ends: how far off, and what is refused.
 
-    python -m benchmarks.tracing [--tier clean|hard|wide|thin] [--seeds N] [--wide N] [--first SEED]
+    python -m benchmarks.tracing [--tier clean|hard|oblique|wide|thin] [--seeds N] [--wide N] [--first SEED]
 
 Clean: at least 16 px wide, diffuse light, at most 0.15 mm/px, camera tilted to 10 degrees, every second one through a
-lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Wide: obvious
-cracks of 12 to 150 px on another ground of 1 to 24 Mpx, ends clicked up to 5 px off, and a fifth as many of that ground
+lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Oblique: open at
+both edges, 0 to 60 degrees from square. Wide: obvious cracks of 12 to 150 px on another ground of 1 to 24 Mpx, ends clicked up to 5 px off, and a fifth as many of that ground
 without one. Thin: cracks of 2 to 8 px, whose width is fitted. The photos are procedural: they say what tracing can do,
 not what a camera will give it.
 
@@ -23,7 +23,7 @@ import numpy as np
 from typer import Option
 
 from benchmarks.table import Row, one_of, run_benchmark
-from benchmarks.tracing_cases import HARD, Case, clean_case, hard_case
+from benchmarks.tracing_cases import HARD, Case, clean_case, hard_case, oblique_case
 from benchmarks.tracing_figures import Figures, trace_case
 from benchmarks.tracing_thin import thin_rows, trace_thin
 from benchmarks.tracing_wide import trace_obvious, wide_rows
@@ -56,12 +56,13 @@ TARGETS = (
     Target("scale", "scale_percent", "%", 0.1, lambda recipe: recipe.lens_k1 == 0),
     Target("scale, bent", "scale_percent", "%", 0.3, lambda recipe: recipe.lens_k1 != 0),
 )
+MAX_LENGTH_PERCENT = 0.3
 HARDER = {"clean": 1, "hard": 2}
 """How much more than a clean case a case of each tier may miss by."""
 
 
 def main(
-    tier: Annotated[str | None, one_of((*HARDER, "wide", "thin"))] = None,
+    tier: Annotated[str | None, one_of((*HARDER, "oblique", "wide", "thin"))] = None,
     seeds: Annotated[int, Option(help="clean cracks; of each hard kind an eighth of them")] = 32,
     wide: Annotated[int, Option(help="obvious cracks, and a fifth as many photos without one")] = 40,
     first: Annotated[int, Option(help="first seed: others than those that the tool was made with")] = 1,
@@ -71,13 +72,26 @@ def main(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         traced = [Traced(case, trace_case(case, folder)) for case in _cases(seeds, first) if tier in (None, case.tier)]
+        oblique = [oblique_case(seed) for seed in range(first, first + seeds)] if tier in (None, "oblique") else []
+        lengths = [trace_case(case, folder).length_percent for case in oblique]
         obvious = list(trace_obvious(first, wide, folder)) if tier in (None, "wide") else []
         thin = list(trace_thin(first, folder)) if tier in (None, "thin") else []
     for each in traced:
         print(f"{each.case.name}: {each.figures.summary}")
     for each in (*obvious, *thin):
         print(f"{each.name}: {each.summary}")
-    return [*(row for harder in HARDER for row in tier_rows(traced, harder)), *wide_rows(obvious), *thin_rows(thin)]
+    tiers = (row for harder in HARDER for row in tier_rows(traced, harder))
+    return [*tiers, *oblique_rows(lengths), *wide_rows(obvious), *thin_rows(thin)]
+
+
+def oblique_rows(length_percent: Sequence[float]) -> list[Row]:
+    if not length_percent:
+        return []
+    # A refused photo is as far off as can be.
+    values = np.nan_to_num(length_percent, nan=np.inf)
+    worst = f"worst {values.max():.2g}, {np.sum(values > MAX_LENGTH_PERCENT)} over the target"
+    name = f"oblique: length, median of {len(values)}"
+    return [Row(name, float(np.median(values)), "%", 0, MAX_LENGTH_PERCENT, worst)]
 
 
 def _cases(seeds: int, first: int) -> Iterator[Case]:

@@ -60,6 +60,26 @@ def clean_case(seed: int) -> Case:
     return Case("clean", f"{ends}{', bent' if bent else ''}", seed, _fitting(seed, (8,), draw))
 
 
+def oblique_case(seed: int) -> Case:
+    """A clean crack that is open at both edges of the face, 0 to 60 degrees from the shortest way across."""
+
+    def draw(rng: np.random.Generator) -> Recipe:
+        recipe, from_square = _sound_recipe(rng, "open", least_px=16.0, most_px=80.0), np.radians(rng.uniform(0, 60))
+        # A little longer than the straight way, for the wander.
+        length_mm = float(1.01 * FACE_HEIGHT_MM / np.cos(from_square)) + 0.5
+        width_mm = min(recipe.width_mm, length_mm / 10)
+        return replace(
+            recipe,
+            length_mm=length_mm,
+            face_mm=(float(length_mm * np.sin(from_square)) + 60, FACE_HEIGHT_MM),
+            width_mm=width_mm,
+            shortest_wave=max(0.06, 2.5 * width_mm / length_mm),
+            tilt_deg=rng.uniform(0, 10),
+        )
+
+    return Case("oblique", "open", seed, _fitting(seed, (11,), draw))
+
+
 def _fitting(seed: int, kind: tuple[int, ...], draw: Callable[[np.random.Generator], Recipe]) -> Recipe:
     """Return the first recipe whose crack fits its face."""
     for attempt in range(100):

@@ -31,18 +31,18 @@ class Weight(NamedTuple):
     usual: float
 
 
-CONSTANT, LAPSE = 0.789, 0.01
+CONSTANT, LAPSE = 0.813, 0.01
 WEIGHTS = {
     # -log of the share of cells away from the path that are clearer than its barest stretch
-    "clearest": Weight(0.923, 4.666),
+    "clearest": Weight(0.927, 4.598),
     # Share of the path in stretches as bright as the ground
-    "bare": Weight(-7.734, 0.0),
+    "bare": Weight(-7.789, 0.0),
     # Step from the ground to a light line beside the path, divided by the step from the path to the ground
-    "light_beside": Weight(-1.053, 0.151),
+    "light_beside": Weight(-1.044, 0.151),
     # Length of the longest straight leg divided by the path's length
-    "straight": Weight(-6.218, 0.168),
+    "straight": Weight(-6.184, 0.168),
     # Log of the path's length divided by the distance of its ends
-    "winding": Weight(-3.709, 0.100),
+    "winding": Weight(-3.743, 0.100),
 }
 # Probability below which a path is refused or gives a caution, and above which a line that was found is taken. Chosen
 # on routes whose probability comes from a fit without their set
@@ -124,8 +124,9 @@ def judge(route: Route) -> LineVerdict:
 
 
 def _means(values: Floats, count: float) -> Floats:
-    """Return the mean of every ``count`` consecutive values. If there are fewer values, return their mean, (1,)."""
-    count = min(int(count), len(values))
+    """Return the mean of every ``count`` consecutive values, or of a third of the values if that is fewer."""
+    # Both ends of a short path may be in legs of a crack, and its middle on the ground between them.
+    count = min(int(count), max(len(values) // 3, 1))
     return np.convolve(values, np.ones(count) / count, mode="valid")
 
 
