@@ -4,9 +4,9 @@
 
 Clean: at least 16 px wide, diffuse light, at most 0.15 mm/px, camera tilted to 10 degrees, every second one through a
 lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Oblique: open at
-both edges, 0 to 60 degrees from square. Wide: obvious cracks of 12 to 150 px on another ground of 1 to 24 Mpx, ends clicked up to 5 px off, and a fifth as many of that ground
-without one. Thin: cracks of 2 to 8 px, whose width is fitted. The photos are procedural: they say what tracing can do,
-not what a camera will give it.
+both edges, 0 to 60 degrees from square. Wide: obvious cracks of 12 to 150 px on another ground of 1 to 24 Mpx, ends
+clicked up to 5 px off, and a fifth as many of that ground without one. Thin: cracks of 2 to 8 px, whose width is
+fitted. The photos are procedural: they say what tracing can do, not what a camera will give it.
 
 Each kind of photo is a file: tracing_cases, tracing_wide, tracing_thin; coarse roads are judged by tracing_roads, real
 photos by real_roads.
