@@ -4,8 +4,8 @@ The probability p of an input vector x is a logistic regression with a share ``L
 p = LAPSE + (1 - 2 LAPSE) / (1 + exp(-(CONSTANT + sum of weight times x))).
 
 The weights are fitted to routes on 244 photos of eight public sets. More than half of the routes are wrong on purpose:
-clicks on bare ground, on a joint, on two cracks, clicks moved by 10 to 40 px, cracks in negatives and beside painted
-light bands. The hit rate is that of each set by a fit without this set: ``python -m benchmarks.line_verdict``.
+clicks on bare ground, on a joint, on two cracks, clicks moved by 10 to 40 px, and cracks in negatives. The hit rate is
+that of each set by a fit without this set: ``python -m benchmarks.line_verdict``.
 """
 
 from dataclasses import dataclass
@@ -106,7 +106,7 @@ def judge(route: Route) -> LineVerdict:
     odds = CONSTANT + sum(WEIGHTS[name].weight * value for name, value in inputs.items())
     against = {name: WEIGHTS[name].weight * (value - WEIGHTS[name].usual) for name, value in inputs.items()}
     first = int(longer.argmin())
-    barest_px = points_px[[first, min(first + LONG, len(points_px)) - 1]]
+    barest_px = points_px[[first, first + len(clear) - len(longer)]]
     leg_px = field.to_photo(corners[longest : longest + 2])
     bare = f"from {listed(barest_px)} px it is hardly darker than the ground"
     reasons = {

@@ -48,7 +48,7 @@ PATH_SMOOTHING = 0.75  # Sigma of the rough path's smoothing in widths, because 
 CENTRE_SMOOTHING = 0.25  # Sigma of the centreline's smoothing in widths
 WALL_SMOOTHING = 3.0  # Sigma, in stations, with which the middle of the finished walls is smoothed
 # Weight of that middle before an open end. Chosen on 40 drawn cracks (seeds 1 to 40), checked on others (41 to 80)
-OPENING = 0.4
+OPENING = 0.35
 CORRECTIONS = 4  # Number of corrections of that smoothing. They preserve bends of more than 1.5 widths
 PATH_AHEAD = 2.0  # Length of the rough path before an end, in widths, that defines the end's direction
 TIP_AHEAD = 0.5  # Length of the centreline before a tip, in widths, that defines the tip's direction

@@ -142,7 +142,7 @@ def test_the_centreline_is_accurate_up_to_an_oblique_edge_of_the_face(tmp_path):
     truth = make_specimen(case.seed, case.recipe)
     photo = photo_of(truth, tmp_path)
     outline = trace_outline(photo, find_path(photo, case.ends_px(truth)))
-    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.09
+    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.08
     check(outline, truth, width_error=0.02, length_error_mm=2)
 
 
