@@ -178,6 +178,14 @@ def wire(forked):
     return LiveWire(forked)
 
 
+def test_a_via_point_at_the_tip_of_a_spur_is_passed_by(tmp_path):
+    """The spur is left out of the first path. The second path, which stays near the first, once had no way to the tip."""
+    line = [(30.0, 150.0), (250, 150), (470, 150)]
+    photo = photo_of_lines(tmp_path, line, [(250.0, 150.0), (250.0, 138.0)], width_px=3)
+    path = find_path(photo, (line[0], line[-1]), via_px=((250.0, 138.0),))
+    assert distance_to(path.points_px, np.array(line)).max() < 14
+
+
 @pytest.mark.parametrize("via", [(250.0, 45.0), (244.0, 52.0)], ids=["on the arm", "9 px beside the arm"])
 def test_a_via_point_selects_one_arm_of_a_forked_crack(wire, via):
     path = wire.path(ENDS, (via,))

@@ -7,9 +7,10 @@ import pytest
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.outline import trace_outline
-from digitise.walls.centreline_and_walls import TooThinError
+from digitise.walls.centreline_and_walls import TooThinError, trace
 from digitise.walls.doubts import judge_reach, judge_stretches
 from sealtwin.core.errors import InputError
+from sealtwin.core.facts import of_keys
 from tests.support.photos import evenly_scaled, mortar, photo_of_light, with_crack, with_paint, write_png
 
 MAIN = [(300, 205), (480, 190), (640, 215), (960, 205)]
@@ -46,6 +47,28 @@ def test_a_wide_crack_that_continues_as_a_hairline_is_refused(tmp_path):
 def test_a_crack_with_a_long_narrow_stretch_is_too_thin_for_walls(photo):
     with pytest.raises(TooThinError):
         judge_stretches(photo, *straight((150, 5.0), (350, 9.0)))
+
+
+def test_a_shade_along_the_whole_of_one_side_widens_the_interval(tmp_path):
+    """The crack is 20 px wide, the shade beside it 9 px. Before, the crack was 27 px wide without a word."""
+    line = [(x, round(200 + 12 * np.sin(x / 90))) for x in range(40, 961, 10)]
+    light = with_crack(mortar((1000, 400)), [(x, y + 10) for x, y in line], 18) ** 0.45 * mortar((1000, 400)) ** 0.55
+    photo = photo_of_light(tmp_path, np.minimum(light, with_crack(mortar((1000, 400)), line, 20)))
+    outline = trace_outline(photo, find_path(photo, (line[0], line[-1])))
+    assert of_keys(outline.warnings, "walls.plausible.band")
+    assert outline.width_95_mm is not None
+    assert outline.width_95_mm[0] < 20 * photo.mm_per_px * 1.05
+
+
+def test_missing_walls_are_refused_with_a_stretch_of_them(tmp_path):
+    """The crack is interrupted from x = 450 to 700 px."""
+    picture = with_crack(mortar((1000, 400)), MAIN, 14)
+    picture[:, 450:700] = mortar((1000, 400))[:, 450:700]
+    photo, path_px = photo_of_light(tmp_path, picture), np.array(MAIN, float)
+    with pytest.raises(
+        InputError, match=r"walls were not found along \d+% .*from \(4[45]\d, \d+\) to \((69|70)\d, \d+\)"
+    ):
+        trace(photo, CrackPath(path_px, 14.0, "ends"), 0.5, np.zeros((400, 1000), np.uint8))
 
 
 def test_a_clicked_end_beyond_the_crack_gives_a_warning_with_its_position(tmp_path):

@@ -69,6 +69,12 @@ def test_the_answer_about_a_crack_states_its_scale_with_residual_and_tilt(eviden
     assert "residual 0.004 mm, camera tilted 3.4 degrees" in scale
 
 
+def test_the_first_line_says_that_a_line_was_found_without_clicks(evidence):
+    first, *_ = lines_of(compared(evidence), "digitise", sample={"path_source": "found"})
+    assert "found without clicks, see overlay.png" in first
+    assert not any("without clicks" in line for line in lines_of(compared(evidence), "digitise"))
+
+
 def test_the_printed_answer_lists_each_reason_why_the_fast_model_is_unfit(evidence):
     unfit = doubt("unfit.mound", "A mound."), doubt("unfit.over", "It runs over the face.")
     method, other = doubt("method.fast", "By the fast model."), doubt("fluid.bond", "The Bond number is 0.9.")

@@ -52,6 +52,12 @@ def test_rows_of_common_layouts_are_read_correctly(read, text, declared, repeats
     assert listed(profile) == [pytest.approx(row) for row in repeats_mm]
 
 
+def test_an_empty_column_of_the_template_is_no_repeat_and_has_no_missing_readings(read):
+    profile = read("s [mm];Tiefe 1 [mm];Tiefe 2 [mm];Tiefe 3 [mm]\n0;1;1,1;\n5;2;;\n9;3;3,1;\n")
+    assert "2 repeats" in profile.dialect
+    assert "1 reading missing" in profile.dialect
+
+
 WRONG = "~2|<2|2±0,1|(2)|2*|1.234,5|1 234|1'234|1_0|\u0661|1e999|16. Jan|#2|2/3"
 ASKED = {
     **{f"no number: {text}": (H + f"0;1\n5;{text}\n10;3\n", {}, "cell B3 = B3") for text in WRONG.split("|")},
