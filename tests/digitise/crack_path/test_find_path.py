@@ -178,12 +178,12 @@ def wire(forked):
     return LiveWire(forked)
 
 
-def test_a_via_point_at_the_tip_of_a_spur_is_passed_by(tmp_path):
-    """The spur is left out of the first path. The second path, which stays near the first, once had no way to the tip."""
+def test_a_via_point_a_little_beyond_the_end_is_passed_by(tmp_path):
+    """The way there and back is left out of the first path. The second, which stays near it, once had no way there."""
     line = [(30.0, 150.0), (250, 150), (470, 150)]
-    photo = photo_of_lines(tmp_path, line, [(250.0, 150.0), (250.0, 138.0)], width_px=3)
-    path = find_path(photo, (line[0], line[-1]), via_px=((250.0, 138.0),))
-    assert distance_to(path.points_px, np.array(line)).max() < 14
+    path = find_path(photo_of_lines(tmp_path, line, width_px=3), (line[0], (455.0, 150.0)), via_px=((468.0, 150.0),))
+    assert distance_to(path.points_px, np.array(line)).max() < 4
+    assert path.points_px[-1] == pytest.approx((455, 150), abs=4)
 
 
 @pytest.mark.parametrize("via", [(250.0, 45.0), (244.0, 52.0)], ids=["on the arm", "9 px beside the arm"])

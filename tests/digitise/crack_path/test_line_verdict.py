@@ -55,6 +55,22 @@ def test_a_path_over_bare_ground_is_refused_with_its_place_unless_a_via_point_co
     assert "hardly darker than the ground" in doubt.text
 
 
+def test_a_light_line_beside_a_clear_path_gives_a_caution_by_itself(tmp_path):
+    """The crack is the light line, and the path its shade, which is as clear as a crack."""
+    shaded = light_line(light_line(with_crack(mortar(), [(x, y + 5) for x, y in WAVE], 3), 6), 6)
+    path = path_in(tmp_path, shaded)
+    assert path.verdict["probability"] > DOUBTED
+    (doubt,) = path.warnings
+    assert "times as bright as the ground" in doubt.text
+
+
+def test_a_short_way_over_the_ground_between_two_legs_of_a_crack_is_doubted(tmp_path):
+    """The legs are 10 px wide and 40 px apart, and both clicks are in legs."""
+    legs = [(60, 130), (380, 130), (420, 150), (380, 170), (60, 170)]
+    (doubt,) = path_in(tmp_path, with_crack(mortar(), legs, 10), ((60.0, 130.0), (60.0, 170.0))).warnings
+    assert doubt.key == "path.doubtful"
+
+
 @pytest.mark.parametrize("width_px", [6, 16])
 def test_the_message_for_a_light_crack_without_a_shade_advises_painting_a_mask(tmp_path, width_px):
     """The darkest way between the clicks is a rim of the light line, or bare ground beside it."""
