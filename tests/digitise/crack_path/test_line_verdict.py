@@ -65,9 +65,9 @@ def test_a_light_line_beside_a_clear_path_gives_a_caution_by_itself(tmp_path):
 
 
 def test_a_short_way_over_the_ground_between_two_legs_of_a_crack_is_doubted(tmp_path):
-    """The legs are 10 px wide and 40 px apart, and both clicks are in legs."""
+    """The legs are 8 px wide and 40 px apart, and both clicks are in legs."""
     legs = [(60, 130), (380, 130), (420, 150), (380, 170), (60, 170)]
-    (doubt,) = path_in(tmp_path, with_crack(mortar(), legs, 10), ((60.0, 130.0), (60.0, 170.0))).warnings
+    (doubt,) = path_in(tmp_path, with_crack(mortar(), legs, 8), ((60.0, 130.0), (60.0, 170.0))).warnings
     assert doubt.key == "path.doubtful"
 
 
