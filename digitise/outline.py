@@ -105,11 +105,13 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     """Return the outline for ``trace_outline``, without the check of the ground beyond the outline's ends."""
     width_mm = settings.width_stations_mm
     by_hand = bool(settings.walls_px)
+    # Along a path that may not be the crack, only what the user has measured or drawn is its width.
+    alone = settings.path_only or (path.doubtful and not by_hand)
     if by_hand and (settings.path_only or width_mm is not None):
         raise InputError(
             f"{photo.file}: photo.walls_px cannot be combined with width_mm or path_only. Give only one of them."
         )
-    if settings.path_only or width_mm is not None:
+    if alone or width_mm is not None:
         traced = _middle(photo, path, settings)
         if width_mm is None:
             return outline_along(photo, path, traced, "none")

@@ -119,7 +119,8 @@ class CrackSearch:
                 f"{photo.file}: no crack found: line {number}, from {listed(chosen.line_px[[0, -1]])} px, is not a "
                 "crack over its whole length. Give ends_px."
             ) from None
-        return replace(path, warnings=(*self.warnings, *path.warnings))
+        # Whoever chose the line has confirmed it.
+        return replace(path, warnings=self.warnings)
 
     def _taken(self) -> CrackPath | None:
         """Return the path along the best line if it is probably the crack.
@@ -173,6 +174,10 @@ class LiveWire:
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], float)
         return self._believing(points_px).between(points_px, "via" if via_px else "ends")
 
+    def rivals(self) -> list[FoundCrack]:
+        """Return the lines of the photo that may be the crack, best first."""
+        return candidates(self._photo, self.field)[0][:MAX_RANKED]
+
     def between(self, points_px: Floats, source: Literal["ends", "via"] | None = None) -> CrackPath:
         """Return the path past all points, (n, 2) in px, inside the photo.
 
@@ -180,10 +185,13 @@ class LiveWire:
         """
         route = self.route(points_px, clicked=source is not None)
         probability, inputs, reason, doubtful = judge(route)
-        # Via points confirm that the crack runs there.
         if probability < REFUSED and source != "via":
-            raise InputError(f"{self._photo.file}: no crack between the ends: {reason}. Check ends_px.")
-        text = f"the path may not be the crack: {reason}"
+            raise RivalCracksError(
+                f"{self._photo.file}: no crack between the ends: {reason}. Check ends_px, or choose a numbered "
+                "line by photo.crack, without ends_px.",
+                self.rivals() if source else (),
+            )
+        text = f"the path may not be the crack, so its width is not measured: {reason}"
         doubts = (doubt("path.doubtful", text, probability),) if doubtful else ()
         verdict = {"probability": probability, **inputs}
         return CrackPath(route.points_px, route.width_px, source or "choice", doubts, verdict)
@@ -208,7 +216,7 @@ class LiveWire:
         cells = self._on_crack(cells, points_px, width, most_px)
         line_px = field.to_photo(cells[:, ::-1])
         width_px = width_along(self._photo, line_px, max(width, 1.0) / field.scale)
-        return Route(self._photo, field, cells, line_px, width_px)
+        return Route(self._photo, field, cells, line_px, width_px, stops[1:-1] if clicked else stops[:0])
 
     def _believing(self, points_px: Floats) -> "LiveWire":
         """Return a wire that also searches a dark region at the border if a click is deep inside that region.

@@ -9,7 +9,7 @@ from digitise.geometry.polyline import crossings, depth_inside, rectangle
 from digitise.photo import Photo, in_copy
 from digitise.settings import Clicks, PixelPair
 from sealtwin.core.errors import InputError
-from sealtwin.core.facts import Facts
+from sealtwin.core.facts import Facts, of_keys
 from sealtwin.core.records import Floats, PathSource
 
 # Largest distance of a clicked point from its crack: in px, or as a fraction of the photo's longer side if that is more
@@ -27,6 +27,11 @@ class CrackPath:
     warnings: Facts = ()
     verdict: Mapping[str, float] = field(default_factory=dict)
     """Probability that the path follows the crack, and its inputs. Empty for a painted path."""
+
+    @property
+    def doubtful(self) -> bool:
+        """True if the crack may be elsewhere, so that a width along the path would mean nothing."""
+        return bool(of_keys(self.warnings, "path.doubtful"))
 
     def in_copy(self, factor: int) -> "CrackPath":
         """Return the path in pixels of ``photo.smaller``, which is ``factor`` times smaller."""

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import IF_LIGHTER, listed
 from digitise.crack_path.line_map import LineMap
@@ -58,7 +59,7 @@ FEWEST = 1e-3  # Added to the share of clearer cells, which may be 0
 APART, APART_WIDTHS = 8.0, 1.5  # Cells farther from the path than this, in cells and widths, are compared with it
 LIGHT_PX = 12.0  # Largest distance from the wall at which a light line is searched for
 LIGHT_RANGE = -1.0, 4.0
-ADD_POINTS = "Give points of the crack between the ends in photo.via_px"
+BARE = "it is hardly darker than the ground"
 STRAIGHT = 1.5  # Largest distance of a straight leg from its chord, in cells
 SMOOTHED = 2.0  # Cells over which the steps of the path are smoothed
 
@@ -72,6 +73,7 @@ class Route:
     cells: Integers  # Row and column, (n, 2)
     points_px: Floats  # The same points in the photo, x and y in px, (n, 2)
     width_px: float
+    via: Integers  # Row and column of each clicked point between the ends, (m, 2)
 
 
 class LineVerdict(NamedTuple):
@@ -80,7 +82,7 @@ class LineVerdict(NamedTuple):
     probability: float
     inputs: dict[str, float]
     reason: str  # The strongest reason against the path, with its place
-    doubtful: bool
+    doubtful: bool  # False if a via point is on the stretch that the reason names
 
 
 def judge(route: Route) -> LineVerdict:
@@ -93,7 +95,7 @@ def judge(route: Route) -> LineVerdict:
     means, longer = (_means(clear, max(cells, STRETCH_WIDTHS * width)) for cells in (STRETCH, LONG))
     steps = smoothed(route.cells[:, ::-1].astype(float), SMOOTHED).astype(np.float32)
     corners = np.asarray(cv2.approxPolyDP(steps, STRAIGHT, False)[:, 0], float)
-    legs, ends_px = step_lengths(corners), points_px[[0, -1]]
+    legs, ends = step_lengths(corners), (0, len(clear) - 1)
     longest = int(np.argmax(legs))
     step, times = _light_beside(route)
     inputs = {
@@ -101,26 +103,28 @@ def judge(route: Route) -> LineVerdict:
         "bare": float(np.mean(means < NEAR_GROUND)),
         "light_beside": step,
         "straight": float(legs[longest] / max(legs.sum(), 1.0)),
-        "winding": float(np.log(arc_length(points_px)[-1] / max(np.linalg.norm(np.subtract(*ends_px)), 1.0))),
+        "winding": float(np.log(arc_length(points_px)[-1] / max(np.linalg.norm(points_px[-1] - points_px[0]), 1.0))),
     }
     odds = CONSTANT + sum(WEIGHTS[name].weight * value for name, value in inputs.items())
     against = {name: WEIGHTS[name].weight * (value - WEIGHTS[name].usual) for name, value in inputs.items()}
-    first = int(longer.argmin())
-    barest_px = points_px[[first, first + len(clear) - len(longer)]]
-    leg_px = field.to_photo(corners[longest : longest + 2])
-    bare = f"from {listed(barest_px)} px it is hardly darker than the ground"
+    barest = int(longer.argmin())
+    bare, along = (barest, barest + len(clear) - len(longer)), KDTree(steps)
     reasons = {
-        "clearest": f"{bare}. {ADD_POINTS}",
-        "bare": f"{bare}. {ADD_POINTS}",
-        "light_beside": (
-            f"from {listed(ends_px)} px a line {times:.1f} times as bright as the ground is beside it; {IF_LIGHTER}"
-        ),
-        "straight": f"from {listed(leg_px)} px it is as straight as a joint. {ADD_POINTS}",
-        "winding": f"from {listed(ends_px)} px it winds like a path over bare ground. {ADD_POINTS}",
+        "clearest": (bare, BARE),
+        "bare": (bare, BARE),
+        "light_beside": (ends, f"a line {times:.1f} times as bright as the ground is beside it; {IF_LIGHTER}"),
+        "straight": (along.query(corners[longest : longest + 2])[1], "it is as straight as a joint"),
+        "winding": (ends, "it winds like a path over bare ground"),
     }
-    probability, light = LAPSE + (1 - 2 * LAPSE) / (1 + float(np.exp(-odds))), inputs["light_beside"] > LIGHT
-    strongest = "light_beside" if light else min(against, key=lambda name: against[name])
-    return LineVerdict(probability, inputs, reasons[strongest], light or probability < DOUBTED)
+    probability, light = LAPSE + (1 - 2 * LAPSE) / (1 + float(np.exp(-odds))), step > LIGHT
+    stretch, text = reasons["light_beside" if light else min(against, key=lambda name: against[name])]
+    confirmed = any(stretch[0] <= cell <= stretch[1] for cell in along.query(route.via[:, ::-1])[1])
+    return LineVerdict(
+        probability,
+        inputs,
+        f"from {listed(points_px[list(stretch)])} px {text}. If it is the crack, give points of it there in photo.via_px",
+        not confirmed and (light or probability < DOUBTED),
+    )
 
 
 def _means(values: Floats, count: float) -> Floats:

@@ -236,13 +236,17 @@ class TraceSession:
                     path = self._kept("path", search, (settings.crack,), lambda: search.path(settings.crack))
                 else:
                     path = self._kept("path", photo, settings.hints, lambda: self._path(photo, settings))
+                    rivals = self._rivals(photo, roi_px) if path.doubtful else ()
+                    yield "cracks", list(map(_crack_answer, rivals))
                 figures: Answer = {"width_px": path.width_px, "source": path.source, "warnings": texts(path.warnings)}
                 yield "path", figures | {"points_px": _rounded(path.points_px)}
                 outline = trace_outline(photo, path, settings)
                 yield "walls", _walls_answer(photo, outline)
             except RivalCracksError as rivals:
+                yield "cracks", list(map(_crack_answer, rivals.cracks))
                 count = len(rivals.cracks)
-                yield "refused", CHOOSE_ONE if count == 1 else CHOOSE.format(count=count)
+                choose = CHOOSE_ONE if count == 1 else CHOOSE.format(count=count)
+                yield "refused", choose if hints.ends_px is None else str(rivals)
             except InputError as fault:
                 yield "refused", str(fault)
 
@@ -278,6 +282,10 @@ class TraceSession:
         if photo.drawn is not None or settings.ends_px is None:
             return painted_path(photo, settings.ends_px)
         return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
+
+    def _rivals(self, photo: Photo, roi_px: Clicks | None) -> list[FoundCrack]:
+        wire = self._wire(photo, roi_px)
+        return self._kept("rivals", wire, (), wire.rivals)
 
     def _wire(self, photo: Photo, roi_px: Clicks | None) -> LiveWire:
         """Return the map for path searches. The map is cached, because computing it takes longer than a search."""

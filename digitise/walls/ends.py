@@ -169,11 +169,11 @@ def _dark_ahead_px(
     # A strip behind the end is included, so that a bright speck on the end does not separate it from the crack.
     near = (away_px @ ahead > -0.5 * width_px) & (lengths(away_px) <= LOOK_AHEAD * width_px)
     near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
+    if not near.any():
+        return dark_px[near]
     crack = np.zeros(soft.shape, bool)
     crack[rows[near], columns[near]] = True
     label = pieces(crack)[0][rows[near], columns[near]]
-    if len(label) == 0:
-        return dark_px[near]
     return dark_px[near][label == label[np.argmin(lengths(away_px[near]))]]
 
 

@@ -150,11 +150,12 @@ def test_no_wall_is_drawn_outside_the_photo(tmp_path):
     """A crack turns up along the right border, which cuts off its right wall; the part before the turn is complete."""
     picture = with_crack(mortar(), [(20, 150), (494, 160), (494, 10)])
     photo = photo_of_light(tmp_path, picture)
-    outline = trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 100.0))))
+    via_px = ((250.0, 155.0),)
+    outline = trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 100.0)), via_px))
     assert outline.outline_px.min() >= 0
     assert np.all(outline.outline_px <= (499, 299))
     assert outline.ends[1] == "cut"
     assert any("left out at the edge of the photo" in warning.text for warning in outline.warnings)
     assert outline.outline_px[:, 0].max() > 480
     with pytest.raises(InputError, match=r"outside the photo on \d\d% of the path \(at most 20% is allowed\)"):
-        trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 20.0))))
+        trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 20.0)), via_px))

@@ -169,7 +169,7 @@ function checkDepth() {
 function place() {
   lines.follow(viewport);
   points.show(pointsOf(draft), viewport);
-  offers.show(viewport, !draft.ends_px.some(Boolean));
+  offers.show(viewport);
   const [x, y] = viewport.toScreen(crosshair);
   part("crosshair").style.transform = `translate(${x}px, ${y}px)`;
 }

@@ -122,9 +122,9 @@ export class Offers {
     this.group.replaceChildren(...this.cracks.map((crack, index) => this.button(crack, index + 1)));
   }
 
-  /** Show or hide them. */
-  show(viewport, shown) {
-    this.group.hidden = !shown || !this.cracks.length;
+  /** Show them. */
+  show(viewport) {
+    this.group.hidden = !this.cracks.length;
     this.lines.setAll("offer", this.group.hidden ? [] : this.cracks.map((crack) => crack.outline_px), true);
     this.cracks.forEach((crack, index) => {
       const [x, y] = viewport.toScreen(crack.middle_px);

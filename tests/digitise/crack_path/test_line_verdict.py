@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import find_path
+from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
 from digitise.crack_path.line_verdict import DOUBTED, WEIGHTS
+from digitise.outline import trace_outline
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import texts
-from tests.support.photos import mortar, photo_of_light, with_crack
+from tests.support.photos import how_traced, mortar, photo_of_light, with_crack
 
 WAVE = [(x, round(150 + 25 * np.sin(x / 40) + 9 * np.sin(x / 11))) for x in range(40, 461, 6)]
 ENDS = (WAVE[0], WAVE[-1])
@@ -51,8 +52,9 @@ def test_a_path_over_bare_ground_is_refused_with_its_place_unless_a_via_point_co
     photo = photo_of_light(tmp_path, broken(270, 120))
     with pytest.raises(InputError, match=r"no crack between the ends: from \(\d+, .*hardly darker .*via_px"):
         find_path(photo, ENDS)
-    (doubt,) = find_path(photo, ENDS, via_px=(WAVE[10],)).warnings
-    assert "hardly darker than the ground" in doubt.text
+    path = find_path(photo, ENDS, via_px=(WAVE[10],))
+    assert path.doubtful
+    assert "hardly darker than the ground" in path.warnings[0].text
 
 
 def test_a_light_line_beside_a_clear_path_gives_a_caution_by_itself(tmp_path):
@@ -81,7 +83,34 @@ def test_the_message_for_a_light_crack_without_a_shade_advises_painting_a_mask(t
     assert "light crust, paint it in photo.mask" in answer
 
 
-def test_a_path_along_two_joints_gives_a_warning(tmp_path):
+def test_a_path_along_two_joints_has_no_width_until_a_via_point_confirms_the_leg_that_the_caution_names(tmp_path):
     tiled = with_crack(with_crack(mortar(), [(60, -10), (60, 310)], 4), [(-10, 200), (510, 200)], 4)
-    (doubt,) = path_in(tmp_path, tiled, ((60.0, 40.0), (430.0, 200.0))).warnings
-    assert "as straight as a joint" in doubt.text
+    photo, ends_px = photo_of_light(tmp_path, tiled), ((60.0, 40.0), (430.0, 200.0))
+
+    def traced(*via_px, **settings):
+        path = find_path(photo, ends_px, via_px)
+        assert path.doubtful == bool(path.warnings)
+        return path, trace_outline(photo, path, how_traced(**settings))
+
+    for elsewhere in ((), ((60.0, 100.0),)):
+        path, outline = traced(*elsewhere)
+        assert "as straight as a joint" in path.warnings[0].text
+        assert outline.width_source == "none"
+    path, outline = traced((250.0, 200.0))
+    assert (path.warnings, outline.width_source) == ((), "fit")
+    assert traced(width_mm=0.4)[1].width_source == "gauge"
+
+
+def test_a_line_chosen_by_its_number_is_confirmed(tmp_path):
+    photo = photo_of_light(tmp_path, light_line(light_line(with_crack(mortar(), [(x, y + 5) for x, y in WAVE], 3), 6), 6))
+    assert find_path(photo, ENDS).doubtful
+    assert not find_path(photo, None, crack=1).doubtful
+
+
+def test_two_clicks_off_a_crack_offer_the_lines_that_may_be_it(tmp_path):
+    photo = photo_of_light(tmp_path, broken(270, 120))
+    with pytest.raises(RivalCracksError, match="no crack between the ends") as refusal:
+        find_path(photo, ENDS)
+    offered, searched = refusal.value.cracks, CrackSearch.of(photo).cracks
+    assert [len(crack.line_px) for crack in offered] == [len(crack.line_px) for crack in searched]
+    assert len(offered) == 2

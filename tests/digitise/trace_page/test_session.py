@@ -74,7 +74,7 @@ def test_the_trace_page_shows_the_same_path_and_walls_as_the_pipeline(in_mm, fil
     photo = evenly_scaled(file)
     path = find_path(photo, ENDS)
     outline = trace_outline(photo, path)
-    assert list(in_mm) == ["scale", "path", "walls"]
+    assert list(in_mm) == ["scale", "cracks", "path", "walls"]
     assert in_mm["scale"]["mm_per_px"] == 0.1
     assert np.allclose(in_mm["path"]["points_px"], path.points_px, atol=0.0051)
     walls = in_mm["walls"]
@@ -114,6 +114,30 @@ def test_a_single_line_is_offered_for_confirmation(tmp_path):
     assert list(offered) == ["scale", "cracks", "refused"]
     assert len(offered["cracks"]) == 1
     assert "This line may be the crack" in offered["refused"]
+
+
+CRACK = [(120, 40), (220, 70), (300, 50), (440, 80)]
+JOINTS = [(60, -10), (60, 310)], [(-10, 200), (510, 200)]
+APART = [(40, 250), (90, 262)], [(420, 262), (470, 250)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "ends_px", "last"),
+    [
+        (JOINTS, ((60, 40), (430, 200)), "walls"),
+        (APART, ((45, 251), (465, 251)), "refused"),
+        ((), (CRACK[0], CRACK[-1]), "walls"),
+    ],
+    ids=["along joints", "over bare ground", "along the crack"],
+)
+def test_lines_are_offered_by_number_unless_the_path_is_without_a_doubt(tmp_path, lines, ends_px, last):
+    picture = with_crack(mortar(), CRACK, 5)
+    for line in lines:
+        picture = with_crack(picture, line, 4)
+    answers = _asked(_session(write_png(tmp_path / "tiles.png", picture)), Hints(ends_px=ends_px))
+    assert [*answers][-1] == last
+    offered = [line["ends_px"] for line in answers["cracks"]]
+    assert offered == ([pytest.approx(np.array([CRACK[0], CRACK[-1]]), abs=4)] if lines else [])
 
 
 def test_the_page_opens_with_the_hints_of_the_trial(file):

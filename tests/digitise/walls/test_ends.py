@@ -61,8 +61,12 @@ ASLANT = np.array([np.cos(0.1), np.sin(0.1)])
         # Without the size of the face, a tip along the shadow would be drawn 15 px aside.
         (shadow(0), 118.0, {}, "cut", 118),
         (shadow(0.5), 118.0, {}, "cut", 118),
+        (band(), 255.0, {}, "cut", 255),
     ],
-    ids=["goes on", "tip", "aslant", "pore beyond", "edge of the face", "on the face", "border", "shadow", "oblique"],
+    ids=[
+        *("goes on", "tip", "aslant", "pore beyond", "edge of the face", "on the face", "border", "shadow", "oblique"),
+        "outside the photo",
+    ],
 )
 def test_the_ends_of_a_crack_are_recognised_as_open_closed_or_cut(dark, x_px, options, kind, end_x_px):
     end = judged(dark, (x_px, 50.0), **options)

@@ -70,7 +70,7 @@ def test_ground_enclosed_by_a_side_crack_is_an_island(tmp_path):
     main, loop = [(-20, 200), (520, 200)], [(150, 200), (200, 110), (300, 110), (350, 200)]
     picture = with_crack(with_crack(mortar(), main, width_px=24), loop, width_px=14)
     photo = photo_of_light(tmp_path, picture)
-    path = find_path(photo, ((60.0, 200.0), (440.0, 200.0)))
+    path = find_path(photo, ((60.0, 200.0), (440.0, 200.0)), ((250.0, 200.0),))
     outline = trace_outline(photo, path, how_traced(branches="keep"))
     (island,) = outline.islands_mm
     # OpenCV draws lines a pixel too wide: one pixel of the island's rim of 370 px is 3.7 mm².
@@ -87,7 +87,8 @@ def test_hairlines_and_pores_are_not_measured_as_side_cracks(tmp_path):
     for centre in ((120, 217), (306, 120)):
         cv2.circle(picture, centre, 11, 0.02, -1)
     photo = photo_of_light(tmp_path, picture)
-    outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), how_traced(branches="keep"))
+    path = find_path(photo, ((40.0, 200.0), (460.0, 200.0)), ((300.0, 200.0),))
+    outline = trace_outline(photo, path, how_traced(branches="keep"))
     (narrow,) = [warning for warning in outline.warnings if "narrow" in warning.text]
     assert narrow.text.startswith("1 side crack (11 mm) is left out: under 8 px wide")
     # The wide side crack, as long as drawn, and the hairline.
