@@ -41,6 +41,7 @@ def main(
     return [
         *(row for name, answers in by_set.items() for row in clicked_rows(sets[name], answers)),
         silent_row(traced),
+        interval_row(traced),
         unclicked_row(searched),
     ]
 
@@ -63,6 +64,12 @@ def silent_row(answers: Sequence[Clicked]) -> Row:
         0,
         2,
     )
+
+
+def interval_row(answers: Sequence[Clicked]) -> Row:
+    """Return how often the width's interval, which is of half the step in light, holds the width that was painted."""
+    stated = [answer.holds for answer in answers if answer.verdict == "right" and answer.holds is not None]
+    return Row(f"intervals of the width that hold the mask's, of {len(stated)} right traces", sum(stated), "")
 
 
 def unclicked_row(answers: Sequence[Unclicked]) -> Row:

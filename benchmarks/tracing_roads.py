@@ -86,6 +86,8 @@ def trace_road(seed: int) -> RoadFigures:
             outline = trace_outline(photo, find_path(photo, clicks(seed, truth)), settings)
         except InputError as error:
             return RoadFigures(name, str(error).removeprefix(f"{folder / 'photo.jpg'}: "))
+    if outline.width_source == "none":
+        return RoadFigures(name, outline.warnings[0].text)
     return _measured(name, truth, outline)
 
 

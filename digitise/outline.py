@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from skimage.measure import points_in_poly
 
-from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.hints import CrackPath, listed
 from digitise.crack_path.profiles import band_px, finite_median, is_wider, profiles_across
 from digitise.geometry import polyline
 from digitise.image.raster import Mask, sampled
@@ -17,17 +17,15 @@ from digitise.settings import PhotoInput
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.doubts import (
-    LINE_PX,
     PLAUSIBLE,
     WORTH_SAYING,
-    darker_line,
     judge_reach,
     judge_stretches,
     with_bands,
     with_doubts,
 )
 from digitise.walls.drawn import ByHand, with_drawn
-from digitise.walls.ends import Traced, judge_beyond
+from digitise.walls.ends import Traced
 from digitise.walls.islands_and_side_cracks import find_surroundings, photo_of_paint, with_side_cracks
 from digitise.walls.thin_crack import BoxFit, NotFittedError, trace_line, trace_thin
 from sealtwin.core.arc_length import arc_length, at_arc_length
@@ -55,13 +53,6 @@ REGION = (
     "the ground is too coarse to follow the walls. They are the rims of the dark region along the path, "
     "each moved as a whole to its contrast threshold (95 % interval of the mean width: {:.3g} to {:.3g} {}). "
     "Check the lines over the photo (overlay.png)"
-)
-# If a fitted width is this many times the width of a darker line between the walls, the fit did not measure that line
-FITTED_INSIDE = 1.7
-LINE_INSIDE = (
-    "between the walls, which are {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, like "
-    "a crack in a joint or a wet strip. The interval covers both widths. Check the lines over the photo "
-    "(overlay.png). If that line is the crack, give width_mm"
 )
 BAND = (
     "the fitted width is {:.3g} {}, but the photo is dark over about {:.2g} {} across the crack, for example because "
@@ -95,14 +86,6 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
     ``outline_by_walls`` does, if a thin crack or the ground next to it is hidden, or if walls were drawn for an outline
     without walls.
     """
-    outline = _measured(photo, path, settings)
-    if path.source in CLICKED:
-        return outline
-    return with_doubts(outline, *judge_beyond(photo, outline.centreline_px, outline.ends, path.width_px))
-
-
-def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Return the outline for ``trace_outline``, without the check of the ground beyond the outline's ends."""
     width_mm = settings.width_stations_mm
     by_hand = bool(settings.walls_px)
     # Along a path that may not be the crack, only what the user has measured or drawn is its width.
@@ -118,22 +101,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         return _gauged(photo, path, traced, width_mm)
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
-            outline = outline_by_walls(with_drawn(photo, path, settings), path, settings)
-            # If a dark crack is in a grey band, such as a joint, the crack is measured. The warning states both widths.
-            inner = None if by_hand or path.source == "mask" else darker_line(photo, path, outline)
-            if inner is None:
-                return outline
-            narrow_mm, wide_mm = inner.width_px * photo.mm_per_px, outline.mean_width_mm
-            with suppress(InputError):
-                fitted = _fitted(photo, inner, wide_mm)
-                if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
-                    return fitted
-            # The fit failed, or it measured the band instead of the crack.
-            inside = doubt(f"{PLAUSIBLE}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm, photo.unit))
-            # The picture was blurred before the line was searched for, so the line may be this much narrower.
-            least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
-            walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
-            return with_doubts(outline, inside, width_95_mm=(least_mm, wide_mm), walls=walls)
+            return outline_by_walls(with_drawn(photo, path, settings), path, settings)
     if by_hand:
         raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for measured walls. Leave it out.")
     if path.source != "mask" or not _is_light(photo, path):
@@ -167,7 +135,7 @@ def outline_by_walls(hand: ByHand, path: CrackPath, settings: PhotoInput, least_
     except WallsMissingError as unclear:
         # The ground may be too coarse to follow walls.
         try:
-            traced = trace_dark_region(shown, path, share, around.hidden, insisted=hand.decided is not None)
+            traced = trace_dark_region(shown, path, share, around.hidden)
         except InputError as neither:
             raise WallsMissingError(f"{unclear} A second method was tried: {neither.fault}") from None
     source: WidthSource = "walls" if traced.width_spread is None else "region"
@@ -255,11 +223,10 @@ def _origins(outline: Outline, methods: Integers) -> tuple[WallStretch, ...]:
     return tuple(stretches)
 
 
-def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outline:
+def _fitted(photo: Photo, path: CrackPath) -> Outline:
     """Return the outline of a thin crack with a fitted width. If the width is below ``MIN_FITTED_PX``, it has no walls.
 
-    ``band_mm`` is the width of a grey band around the crack. None if it is not known. Raises InputError if the width
-    may be 0.
+    Raises InputError if the width may be 0.
     """
     # If a photo was enlarged, the smaller copy shows as much as the photo.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
@@ -291,7 +258,7 @@ def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outl
         f"blurred profile: {mean_mm:.3g} {photo.unit} on average (95 %: {low_mm:.3g} to {high_mm:.3g}). Side cracks "
         "and islands are not searched for"
     )
-    doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], band_mm or _dark_mm(copy, narrow, traced, fit)
+    doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], _dark_mm(copy, narrow, traced, fit)
     if dark_mm is not None:
         doubts.append(doubt(f"{PLAUSIBLE}.band", BAND.format(mean_mm, photo.unit, dark_mm, photo.unit), dark_mm, "mm"))
     return outline_along(photo, path, traced, "fit", *doubts, width_95_mm=(low_mm, max(high_mm, dark_mm or 0.0)))
@@ -374,7 +341,11 @@ def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
     whole = np.concatenate([right_mm, left_mm[::-1]])
     ring = polyline.uncrossed(whole)
     if len(ring) < 3 or polyline.signed_area(ring) < (1 - MAX_TRIMMED) * polyline.signed_area(whole):
-        raise InputError(f"{photo.file}: the walls of the crack cross each other. Give ends_px of a clearer part.")
+        first = [*polyline.crossings(whole, closed=True), (0, 0)][0][0]
+        raise InputError(
+            f"{photo.file}: the walls of the crack cross each other, first at {listed(photo.to_px(whole[[first]]))} "
+            "px. Give ends_px of a clearer part."
+        )
     if photo.face_mm is not None:
         ring = polyline.clipped_to_box(ring, photo.face_mm)
     return polyline.without_repeats(ring, 1e-3 * photo.mm_per_px)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from copy import copy
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -172,7 +171,7 @@ class LiveWire:
         """
         check_hints(self._photo, ends_px, via_px)
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], float)
-        return self._believing(points_px).between(points_px, "via" if via_px else "ends")
+        return self.between(points_px, "via" if via_px else "ends")
 
     def rivals(self) -> list[FoundCrack]:
         """Return the lines of the photo that may be the crack, best first."""
@@ -218,22 +217,6 @@ class LiveWire:
         width_px = width_along(self._photo, line_px, max(width, 1.0) / field.scale)
         return Route(self._photo, field, cells, line_px, width_px, stops[1:-1] if clicked else stops[:0])
 
-    def _believing(self, points_px: Floats) -> "LiveWire":
-        """Return a wire that also searches a dark region at the border if a click is deep inside that region.
-
-        Without such a click the region counts as the surroundings of the sample and is not searched.
-        """
-        if not self.field.around.any():
-            return self
-        depth_px = distance_outside(~self.field.around) / self.field.scale
-        row, column = self._nearest_cells(points_px).T
-        deep = depth_px[row, column] > self._snap_px
-        if not deep.any():
-            return self
-        wire = copy(self)
-        wire.field = map_lines(self._photo, self._region_px, points_px[deep])
-        return wire
-
     def _nearest_cells(self, points_px: Floats) -> Integers:
         """Return the row and column of each point, (n, 2). A point outside the map is moved to the map's rim."""
         cells = np.rint(self.field.to_cells(points_px)[:, ::-1]).astype(int)
@@ -255,8 +238,8 @@ class LiveWire:
         if moved_px[farthest] > self._snap_px:
             raise InputError(
                 f"{self._photo.file}: the point {listed(points_px[[farthest]])} is {moved_px[farthest]:.0f} px "
-                "outside the searched area. That area is the face of the sample inside roi_px, without markers and "
-                "without a dark region at the photo's border. Check ends_px, via_px and roi_px."
+                "outside the searched area. That area is the face of the sample inside roi_px, without markers. "
+                "Check ends_px, via_px and roi_px."
             )
         return searched
 

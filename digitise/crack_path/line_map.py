@@ -11,10 +11,8 @@ from itertools import pairwise
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import find_objects
 from skimage.graph import route_through_array
 
-from digitise.crack_path.medial_axis import pieces
 from digitise.image.raster import (
     DISPLAY_GAMMA,
     Map,
@@ -25,7 +23,6 @@ from digitise.image.raster import (
     resized,
     scaled_down,
     shrunk,
-    widened,
     window_around,
 )
 from digitise.photo import Photo
@@ -67,15 +64,6 @@ MIN_CONTRAST = 0.1  # Contrast is divided by the photo's largest contrast, but a
 ROOM, MIN_ROOM_PX = 0.5, 100.0
 
 
-# Constants of the search for dark surroundings.
-NARROW = 81  # Size in cells of the median that removes narrow cracks before the search
-DARK = 0.3  # Fraction of the sample's displayed brightness. A hard shadow has at least 0.4, black cloth at most 0.2
-SAMPLE_PERCENTILE = 60  # Percentile of brightness that is taken for the sample's, which fills most of the searched area
-# Minimum fraction of a region's extent that is along the border. A crack that leaves the photo has at most a quarter
-BORDER = 0.5
-MIN_SHARE = 0.02  # Minimum fraction of the picture. Smaller regions are holes in the sample
-
-
 @dataclass(frozen=True)
 class LineMap:
     """A small copy of a photo, or of a region of it, with the filter's results. All maps have the copy's shape."""
@@ -87,7 +75,6 @@ class LineMap:
     contrast: Map  # Response of the filter to displayed brightness divided by its local mean
     width: Map  # Width in cells of the line that fits best
     allowed: Booleans  # True for cells on the face that no marker covers
-    around: Booleans  # True for cells in dark border regions that were taken for the surroundings
 
     def to_cells(self, points_px: Floats) -> Floats:
         """Convert points in the photo, (n, 2) as x and y in px, to positions in the map, as column and row."""
@@ -113,15 +100,8 @@ class LineMap:
         return np.where(self.allowed, 1 / (NOTHING + worth), np.inf)
 
 
-def map_lines(
-    photo: Photo,
-    region_px: Floats | None = None,
-    crack_px: Floats | None = None,
-) -> LineMap:
-    """Map the lines of the photo, or of a polygon in it, ``region_px``.
-
-    A dark region at the border counts as surroundings, unless it contains a point of ``crack_px``, (n, 2).
-    """
+def map_lines(photo: Photo, region_px: Floats | None = None) -> LineMap:
+    """Map the lines of the photo, or of a polygon in it, ``region_px``."""
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
     low, window = window_around(corners_px, 0.0, photo.size_px)
     left, top = low.tolist()
@@ -133,11 +113,6 @@ def map_lines(
     allowed = scaled_down(allowed, scale) >= 254
     # In displayed brightness, grain has the same contrast in shadow and in light.
     shown = np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA).astype(np.float32)
-    around = np.zeros_like(allowed)
-    if photo.face_mm is None:
-        crack = None if crack_px is None else (crack_px - (left, top) + 0.5) * scale - 0.5
-        around = surroundings(shown, crack) & allowed
-        allowed &= ~around
     if allowed.any() and not allowed.all():
         # The surroundings must look like the sample, or its edge is the strongest line in the photo.
         shown = np.where(allowed, shown, continued(shown, allowed, CONTINUED))
@@ -145,29 +120,7 @@ def map_lines(
     clear, contrast, width = (
         np.pad(picture[RIM:-RIM, RIM:-RIM], RIM, mode="edge") for picture in _filtered(shown, allowed)
     )
-    return LineMap((left, top), scale, shown, clear, contrast, width, allowed, around)
-
-
-def surroundings(shown: Map, crack: Floats | None = None) -> Booleans:
-    """Return a mask of the large dark regions along the border. ``shown`` is displayed brightness.
-
-    A region that contains a point of ``crack``, (n, 2) as column and row, is not among them.
-    """
-    # OpenCV computes large medians of whole numbers only.
-    size = min(NARROW, 2 * (min(shown.shape) // 4) + 1)
-    without_cracks = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)
-    label, area = pieces(without_cracks < DARK * np.percentile(without_cracks, SAMPLE_PERCENTILE))
-    border = np.concatenate([label[0], label[-1], label[1:-1, 0], label[1:-1, -1]])
-    along = np.bincount(border, minlength=len(area))
-    extent = [max(rows.stop - rows.start, columns.stop - columns.start) for rows, columns in find_objects(label)]
-    # A wide crack that leaves the photo touches its border too, but only across.
-    beyond = (area >= MIN_SHARE * shown.size) & (along >= BORDER * np.array([1, *extent]))
-    beyond[0] = False
-    if crack is not None:
-        column, row = np.clip(np.rint(crack).astype(int), 0, np.array(shown.shape[::-1]) - 1).T
-        beyond[label[row, column]] = False
-    # Lens and focus spread the sample's edge over a few cells.
-    return widened(beyond[label], 3)
+    return LineMap((left, top), scale, shown, clear, contrast, width, allowed)
 
 
 def _filtered(shown: Map, allowed: Booleans) -> tuple[Map, Map, Map]:

@@ -122,7 +122,7 @@ def judge(route: Route) -> LineVerdict:
     return LineVerdict(
         probability,
         inputs,
-        f"from {listed(points_px[list(stretch)])} px {text}. If it is the crack, give points of it there in photo.via_px",
+        f"from {listed(points_px[list(stretch)])} px {text}. If it is the crack, give points of it in photo.via_px",
         not confirmed and (light or probability < DOUBTED),
     )
 

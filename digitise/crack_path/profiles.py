@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import median_filter
 
-from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
@@ -136,11 +135,6 @@ def _between_crossings(light: Map, beside_px: float) -> Floats:
     return STEP_PX * width
 
 
-# The path is half a width plus these px wide to either side. Distance read to either side: widths, plus px
-NEAR_PX, FAR = 3.0, (3.0, 24.0)
-# A path between unlike sides is a crack if its light, divided by the light of its darker side, is below this. At one
-# wall of a gap, the ratio is 1
-FAR_DARKER = 0.5
 # Distance read to either side of a dark band: widths, plus px. Minimum by which the band is wider than the crack, px
 BAND, BAND_PX = (6.0, 20.0), 6.0
 BAND_RATIO = 2.0  # A dark band is too wide from this multiple of the fitted width on. Blur widens a band by less
@@ -149,16 +143,6 @@ SIDE_WIDTHS = (1.0, 1.5, 2.0)  # Distances from the line, in crack widths, at wh
 SIDE_RATIO = 1.8
 STEADY = 17  # Number of samples (two crack widths) over which the median ratio is taken, against pores and grains
 GROUND = 75  # Percentile of the light across a stretch that is taken for the ground's light
-
-
-def is_darker_than_both_sides(photo: Photo, path: CrackPath) -> bool:
-    """Return True if a path is far darker than both of its sides, as a crack between two materials is."""
-    profiles = profiles_across(photo, path.points_px, path.width_px, FAR[0] * path.width_px + FAR[1])
-    light, away_px = profiles.mean(), profiles.away_px
-    dark = light[:, away_px <= path.width_px / 2 + NEAR_PX].min(axis=1)
-    beside = away_px > path.width_px / 2 + NEAR_PX + 1
-    left, right = (row_medians(light[:, beside & (side * profiles.offset_px > 0)]) for side in (1, -1))
-    return finite_median(dark / np.fmax(np.fmin(left, right), 1e-6)) < FAR_DARKER
 
 
 def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:

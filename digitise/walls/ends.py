@@ -5,19 +5,15 @@ If a click cut an end, also measure how far the crack continues beyond the end, 
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from digitise.crack_path.hints import listed
-from digitise.crack_path.medial_axis import pieces, radius
-from digitise.crack_path.profiles import finite_median, profiles_across
+from digitise.crack_path.medial_axis import pieces
 from digitise.geometry.polyline import depth_inside, extended, left_normals, to_left, unit
-from digitise.image.raster import Mask, blurred, draw_line, window_around
-from digitise.photo import EDGE_PX, Photo, in_copy, smaller
+from digitise.image.raster import window_around
+from digitise.photo import EDGE_PX, Photo
 from digitise.walls.wall_profile import Crossings, Patch, edge_crossings
 from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.arrays import Booleans, Floats, lengths
-from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.solid_figures import EndKind, Span
 
 STEP_PX = 0.25  # Spacing of samples along the line at a tip
@@ -175,64 +171,3 @@ def _dark_ahead_px(
     crack[rows[near], columns[near]] = True
     label = pieces(crack)[0][rows[near], columns[near]]
     return dark_px[near][label == label[np.argmin(lengths(away_px[near]))]]
-
-
-MAX_BEYOND = 0.05  # Fraction of the traced length by which a crack may continue without a warning
-MIN_BEYOND, MIN_BEYOND_PX = 2.0, 30.0  # Minimum of that length in widths and in px, for blunt ends and dark grain
-AT_BORDER = 2.0  # A crack leaves the photo if it ends within this many widths, plus twice as many px, of the border
-WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
-LAST = 8.0  # Length before an end, in widths, over which the crack's darkness and direction are measured
-GROUND_BESIDE = (1.0, 3.0)  # The ground's light is read between these distances from the line, in widths
-SWELLING = 1.5  # A dark area wider than this many widths is not crack but a shadow, a stain or the table
-BODY = 1.5  # Widths across which the traced crack is removed
-REST_WIDTHS = 1.5  # The rest of the crack must begin within this many widths of the end
-
-
-def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[Fact]:
-    """Return a warning for each end that a click cut, if the photo shows much more of the crack beyond the end."""
-    length_px = arc_length(line_px)[-1]
-    warnings = []
-    for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
-        if kind != "cut" or photo.depth_px(inward_px[0]) < AT_BORDER * (width_px + 2):
-            continue
-        beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
-        if beyond_px > max(MAX_BEYOND * length_px, MIN_BEYOND * width_px, MIN_BEYOND_PX):
-            beyond_mm = beyond_px * photo.mm_per_px
-            text = (
-                f"the crack continues beyond the end {listed(inward_px[:1])} px for about {photo.length(beyond_px)}, "
-                "which are not part of the result. Give the crack's real end in ends_px to include them"
-            )
-            warnings.append(doubt("path.continues", text, beyond_mm, "mm"))
-    return warnings
-
-
-def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
-    """Return the length of the dark band that continues from the line's first point, away from the line, in px."""
-    part_px = inward_px[: max(2, int(np.searchsorted(arc_length(inward_px), LAST * width_px)))]
-    profiles = profiles_across(photo, part_px, width_px, GROUND_BESIDE[1] * width_px + 4)
-    away_px = profiles.away_px
-    ground = finite_median(profiles.light[:, away_px > GROUND_BESIDE[0] * width_px + 2])
-    threshold = (ground + finite_median(profiles.light[:, away_px <= max(width_px / 4, 1.0)])) / 2
-    factor = max(1, int(width_px / WORK_PX), -(-max(photo.size_px) // LARGEST_PX))
-    copy, width, cells = smaller(photo, factor), width_px / factor, in_copy(inward_px, factor)
-    height, across = copy.brightness.shape
-    sample = photo.sample_mask()[::factor, ::factor][:height, :across] > 0
-    dark = (blurred(copy.brightness, 0.8) < threshold) & sample
-    # Regions that are far wider than the crack are removed.
-    thick, reach = radius(dark) > SWELLING * width / 2 + 1, 2 * int(SWELLING * width / 2 + 1) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
-    dark = dark.astype(np.uint8) & (1 - cv2.dilate(thick.astype(np.uint8), disc))
-    draw_line(dark, cells, 0, BODY * width)
-    return factor * _farthest(dark, cells[0], unit(part_px[0] - part_px[-1]), width)
-
-
-def _farthest(dark: Mask, end: Floats, ahead: Floats, width: float) -> float:
-    """Return the distance from ``end`` to the farthest dark cell that is connected to a cell just ahead of the end."""
-    label, _ = pieces(dark > 0)
-    rows, columns = np.nonzero(label)
-    number, away = label[rows, columns], np.column_stack([columns, rows]) - end
-    near = (np.abs(away) <= REST_WIDTHS * width + 2).all(axis=1) & (away @ ahead > 0)
-    if not near.any():
-        return 0.0
-    start = np.flatnonzero(near)[np.argmax(away[near] @ ahead)]
-    return float(lengths(away[number == number[start]]).max())

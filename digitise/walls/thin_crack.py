@@ -17,7 +17,7 @@ from scipy.special import ndtr
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.line_map import WORK_PX
-from digitise.crack_path.profiles import is_darker_than_both_sides, unlike_length_px
+from digitise.crack_path.profiles import unlike_length_px
 from digitise.geometry.polyline import left_normals, places_beside, resampled, smoothed
 from digitise.image.raster import DISPLAY_GAMMA, sampled
 from digitise.photo import Photo
@@ -48,9 +48,6 @@ OUTLIER = 4.0  # The ground's noise is limited to this many standard deviations,
 # Weight of the misfit, below 1 because grain is correlated between neighbours and no lens blurs exactly as a Gaussian
 STRICTNESS = 0.5
 INTERVAL = 0.025, 0.975  # Probabilities at the ends of an interval
-MAX_DIRTY = 0.75  # Largest fraction of the width that may be subtracted for dirty edges
-HALO_PX = 5.0  # Width of a dirty edge
-MIN_DARK_PX = 0.4  # Dirty edges are ignored below this width of an equally dark crack. Clean edges have up to 0.3
 # Values of the darkness, which is 1 minus the inner light. The other parameters are fitted for each of these values
 DARKNESS = np.linspace(1.0, 0.7, 13)
 # Exponents of the tone curve, with the mean ``DISPLAY_GAMMA`` and the standard deviation ``GAMMA_SD``
@@ -120,8 +117,7 @@ def _patch(photo: Photo, path: CrackPath) -> Patch:
 def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     """Follow the darkest line along ``path`` and fit the crack's width.
 
-    Raises NotFittedError if too little is in view, or if one side of the crack is far brighter than the other. Raises
-    InputError if the path is at an edge: one side is far brighter, and the path is about as dark as the other side.
+    Raises NotFittedError if too little is in view, or if one side of the path is far brighter than the other.
     """
     line_px, patch = _line_px(photo, path), _patch(photo, path)
     reach = round((REACH * path.width_px + REACH_PX) / STEP_PX)
@@ -133,15 +129,11 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     )
     ground = np.concatenate([values[in_view] for values, in_view in grounds])
     if unlike_length_px(photo, path.points_px, path.width_px) > MAX_UNLIKE * arc_length(path.points_px)[-1]:
-        if is_darker_than_both_sides(photo, path):
-            raise NotFittedError(
-                "the ground on one side of the crack is far brighter than on the other, so its width of about "
-                f"{path.width_px:.1f} px cannot be fitted. Give width_mm, or path_only if the path is enough.",
-                photo.file,
-            )
-        raise InputError(
-            f"{photo.file}: one side of the path is far brighter than the other, as if the path followed one wall of "
-            "a wide gap or the sample's edge. Give ends_px in the middle of the crack, and via_px."
+        raise NotFittedError(
+            "the ground on one side of the path is far brighter than on the other, so a width of about "
+            f"{path.width_px:.1f} px cannot be fitted. If the path is at one wall of a wide gap or at the sample's "
+            "edge, give ends_px in the middle of the crack. Otherwise give width_mm.",
+            photo.file,
         )
     if min(np.count_nonzero(shown), len(ground)) < MIN_WINDOWS:
         raise NotFittedError(
@@ -223,20 +215,8 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
         weight @ np.array([shape.widths_px for shape in shapes]),
         weight @ np.array([shape.offsets_px for shape in shapes]),
         mean_px,
-        (float(low_px - min(_dirty_px(light, places_px, mean_px), MAX_DIRTY * low_px)), float(high_px)),
+        (float(low_px), float(high_px)),
     )
-
-
-def _dirty_px(light: Floats, places_px: Floats, width_px: float) -> float:
-    """Return the width that dirty edges may have added to a crack, in px.
-
-    This is three times the width of a crack that would be as dark as the outer halves of both edges together.
-    """
-    dark = 1 - np.median(light / light[:, [0, -1]].mean(axis=1, keepdims=True), axis=0)
-    beside_px = np.abs(places_px) - width_px / 2
-    outer = dark[(beside_px > HALO_PX / 2) & (beside_px < HALO_PX)]
-    dark_px = (places_px[1] - places_px[0]) * outer.sum() / dark.max()
-    return 3 * dark_px * (dark_px > MIN_DARK_PX)
 
 
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape) -> _Shape:

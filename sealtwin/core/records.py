@@ -153,7 +153,10 @@ class Outline(ReadOnly, HasSummary):
     photo_size_px: tuple[int, int] | None = None  # Width and height of the photo. None for an outline made by hand
     width_source: WidthSource = "walls"
     width_95_mm: Span | None = None
-    """95 % interval of the mean width, without the scale's uncertainty. None if the method gives no interval."""
+    """95 % interval of the mean width at half of the step in light, without the scale's uncertainty.
+
+    A painter draws the crack's edge elsewhere: of a thin crack farther out, of a wide one farther in. None if the
+    method gives no interval."""
     walls: tuple[WallStretch, ...] = ()
     """Stretches of both walls, from end to end. Where two overlap, the later one is valid. Empty without a photo."""
 

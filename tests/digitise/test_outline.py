@@ -3,6 +3,7 @@ import pytest
 
 from benchmarks.tracing_cases import clean_case
 from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
 from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
 from fixtures.generate.lighting import Look
@@ -15,6 +16,7 @@ from tests.support.photos import (
     SMALL_FACE,
     distance_to,
     evenly_scaled,
+    how_traced,
     mortar,
     photo_of,
     photo_of_light,
@@ -159,3 +161,13 @@ def test_no_wall_is_drawn_outside_the_photo(tmp_path):
     assert outline.outline_px[:, 0].max() > 480
     with pytest.raises(InputError, match=r"outside the photo on \d\d% of the path \(at most 20% is allowed\)"):
         trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, 20.0)), via_px))
+
+
+def test_walls_that_cross_are_refused_with_the_place(tmp_path):
+    """The legs of a hairpin are 5 mm apart, and the given width is 8 mm."""
+    legs = [(60, 100), (400, 100), (400, 150), (60, 150)]
+    photo = photo_of_light(tmp_path, with_crack(mortar(), legs, 8))
+    path = CrackPath(np.array(legs, float), 8.0, "via")
+    assert trace_outline(photo, path, how_traced(width_mm=3.0)).mean_width_mm == pytest.approx(3, abs=0.01)
+    with pytest.raises(InputError, match=r"cross each other, first at \(5\d, 100\) px"):
+        trace_outline(photo, path, how_traced(width_mm=8.0))

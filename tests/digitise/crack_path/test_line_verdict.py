@@ -102,7 +102,9 @@ def test_a_path_along_two_joints_has_no_width_until_a_via_point_confirms_the_leg
 
 
 def test_a_line_chosen_by_its_number_is_confirmed(tmp_path):
-    photo = photo_of_light(tmp_path, light_line(light_line(with_crack(mortar(), [(x, y + 5) for x, y in WAVE], 3), 6), 6))
+    photo = photo_of_light(
+        tmp_path, light_line(light_line(with_crack(mortar(), [(x, y + 5) for x, y in WAVE], 3), 6), 6)
+    )
     assert find_path(photo, ENDS).doubtful
     assert not find_path(photo, None, crack=1).doubtful
 

@@ -10,14 +10,12 @@ import pytest
 from benchmarks.tracing_roads import clicks
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
-from digitise.geometry.polyline import unit
 from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from digitise.walls.centreline_and_walls import WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from fixtures.generate.road import Road, road
-from sealtwin.core.errors import InputError
 from tests.support.photos import mortar, photo_of_light, with_crack
 
 WIDE_IN_STONES = 7  # A seed of a road on whose crack of 31 px profiles lack walls
@@ -52,13 +50,6 @@ def test_a_crack_among_stones_of_like_width_is_traced_as_a_dark_region(stony, ph
     assert low_mm < true_mm < high_mm < 1.3 * low_mm
     assert (low_mm + high_mm) / 2 == pytest.approx(outline.mean_width_mm)
     assert any("too coarse to follow the walls" in warning.text for warning in outline.warnings)
-
-
-def test_bare_ground_beside_a_crack_is_not_accepted_as_a_dark_region(stony, photo):
-    first, last = stony.ends_px
-    bare_px = stony.line_px[::20] + 150.0 * unit(last - first)[::-1] * (-1, 1)
-    with pytest.raises(InputError, match=r"does not stand out as a crack|px are needed"):
-        trace_dark_region(photo, CrackPath(bare_px, 30.0, "ends"), 0.5, unhidden(photo))
 
 
 def dark_line(folder: Path, width_px: int = 24, shadow: float = 1.0) -> tuple[Photo, CrackPath]:

@@ -174,16 +174,16 @@ def test_a_band_that_may_be_crack_gives_a_warning_until_a_drawn_wall_decides(ban
     assert decided.width_95_mm is None
 
 
-def test_walls_trace_a_crack_that_is_not_visible(tmp_path):
-    """A faint crack among stones of like width is refused without drawn walls, although a person sees it."""
+def test_a_faint_crack_among_stones_is_measured_with_an_interval_and_drawn_walls_keep_it(tmp_path):
+    """The crack is 20 px wide, and the stones are as large."""
     rng = np.random.default_rng(4)
     stones = cv2.GaussianBlur(rng.standard_normal((300, 500)), (0, 0), 5)
     light = 0.35 * np.exp(0.25 * stones / stones.std())
     light[140:160] = 0.21 * np.exp(0.25 * stones[140:160] / stones.std())
     photo = photo_of_light(tmp_path, soft(light, 1.0))
     path = CrackPath(np.array([(20.0, 150.0), (480.0, 150.0)]), 20.0, "ends")
-    with pytest.raises(InputError, match="draw the walls in walls_px"):
-        trace_outline(photo, path)
+    low_mm, high_mm = trace_outline(photo, path).width_95_mm or (9.0, 0.0)
+    assert 1.7 < low_mm < 2.0 < high_mm < 2.5
     walls = [[(22.0, y), (478.0, y)] for y in (140.0, 160.0)]
     assert trace_outline(photo, path, how_traced(walls_px=walls)).mean_width_mm == pytest.approx(2.0, rel=0.15)
 
