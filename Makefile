@@ -34,6 +34,7 @@ benchmark: $(DEVELOPING)
 benchmark-digitise: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.tracing
 	$(BIN)/python -m benchmarks.solids
+	$(BIN)/python -m benchmarks.line_verdict
 
 benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.pbf_step

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.loose_fluid import substep_s
 from benchmarks.table import Row
 from sealtwin.core.records import Floats
-from simulate.loose_fluid import substep_s
 from simulate.settings import Fluid
 from tests.support.periodic_box import Endless, stirred_mm
 from tests.support.small_fluids import sealant

@@ -16,10 +16,9 @@ import numpy as np
 from typer import Option
 
 from benchmarks import measured_pours
+from benchmarks.block_release import FluidBlock, release
 from benchmarks.table import Row, processes, run_benchmark
 from sealtwin.core.records import Floats
-from simulate.block import FluidBlock
-from simulate.block_release import release
 from simulate.injection import ComputeOptions
 from simulate.settings import Fluid, Solver
 from tests.support.dam_breaks import DamBreak, content, dam_breaks, fluid_of, with_curve

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.hollow import Box, Hollow
+from benchmarks.loose_fluid import LooseFluid, substep_s
 from benchmarks.table import Row
 from sealtwin.core.records import Floats
 from simulate.device import start_warp
-from simulate.hollow import Box, Hollow
-from simulate.loose_fluid import LooseFluid, substep_s
 from simulate.settings import Fluid, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Schedule, pack_disc, places_of_releases
 from simulate.setup_checks import solved_as

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import manifold3d
 import numpy as np
 
+from benchmarks.hollow import solid_of
 from benchmarks.pbf_cpp import CppStep
 from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.trial.trial_file import load_trial
 from simulate.fluid.solver import FluidSolver, substeps_for
-from simulate.hollow import solid_of
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import rheology_of
 from tests.support.paths import FIXTURE

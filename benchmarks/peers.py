@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from benchmarks.loose_fluid import substep_s
 from benchmarks.machine import ONE_CORE, processor
 from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
-from simulate.loose_fluid import substep_s
 from tests.support.paths import ROOT
 from tests.support.small_fluids import sealant
 from tests.support.tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm

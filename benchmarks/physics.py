@@ -16,9 +16,9 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 from benchmarks.channels import bingham, channel, herschel
+from benchmarks.loose_fluid import filled_box_mm
 from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.records import Floats
-from simulate.loose_fluid import filled_box_mm
 from simulate.remarks import THIN
 from simulate.settings import particle_volume
 from simulate.setup.rheology import added_viscosity

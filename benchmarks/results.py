@@ -37,6 +37,7 @@ COMMANDS = {
     "paper_trial": "-m benchmarks.paper_trial",
     "tracing": "-m benchmarks.tracing",
     "solids": "-m benchmarks.solids",
+    "line_verdict": "-m benchmarks.line_verdict",
     "ingest": "-m benchmarks.ingest",
     "sound_trials": "-m benchmarks.sound_trials",
     "first_fills": "-m benchmarks.first_fills",

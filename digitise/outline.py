@@ -17,8 +17,10 @@ from digitise.settings import PhotoInput
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from digitise.walls.doubts import (
+    LINE_PX,
     PLAUSIBLE,
     WORTH_SAYING,
+    darker_line,
     judge_reach,
     judge_stretches,
     with_bands,
@@ -53,6 +55,13 @@ REGION = (
     "the ground is too coarse to follow the walls. They are the rims of the dark region along the path, "
     "each moved as a whole to its contrast threshold (95 % interval of the mean width: {:.3g} to {:.3g} {}). "
     "Check the lines over the photo (overlay.png)"
+)
+# If a fitted width is this many times the width of a darker line between the walls, the fit did not measure that line
+FITTED_INSIDE = 1.7
+LINE_INSIDE = (
+    "between the walls, which are {:.3g} {} apart, a line about {:.2g} {} wide is far darker than the rest, like "
+    "a crack in a joint or a wet strip. The interval covers both widths. Check the lines over the photo "
+    "(overlay.png). If that line is the crack, give width_mm"
 )
 BAND = (
     "the fitted width is {:.3g} {}, but the photo is dark over about {:.2g} {} across the crack, for example because "
@@ -101,7 +110,22 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
         return _gauged(photo, path, traced, width_mm)
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
-            return outline_by_walls(with_drawn(photo, path, settings), path, settings)
+            outline = outline_by_walls(with_drawn(photo, path, settings), path, settings)
+            # If a dark crack is in a grey band, such as a joint, the crack is measured. The warning states both widths.
+            inner = None if by_hand or path.source == "mask" else darker_line(photo, path, outline)
+            if inner is None:
+                return outline
+            narrow_mm, wide_mm = inner.width_px * photo.mm_per_px, outline.mean_width_mm
+            with suppress(InputError):
+                fitted = _fitted(photo, inner, wide_mm)
+                if fitted.width_source == "fit" and fitted.mean_width_mm < FITTED_INSIDE * narrow_mm:
+                    return fitted
+            # The fit failed, or it measured the band instead of the crack.
+            inside = doubt(f"{PLAUSIBLE}.line-inside", LINE_INSIDE.format(wide_mm, photo.unit, narrow_mm, photo.unit))
+            # The picture was blurred before the line was searched for, so the line may be this much narrower.
+            least_mm = max(inner.width_px - LINE_PX, 1.0) * photo.mm_per_px
+            walls = tuple(replace(wall, doubt_mm=(least_mm / 2, wide_mm / 2)) for wall in outline.walls)
+            return with_doubts(outline, inside, width_95_mm=(least_mm, wide_mm), walls=walls)
     if by_hand:
         raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for measured walls. Leave it out.")
     if path.source != "mask" or not _is_light(photo, path):
@@ -223,10 +247,11 @@ def _origins(outline: Outline, methods: Integers) -> tuple[WallStretch, ...]:
     return tuple(stretches)
 
 
-def _fitted(photo: Photo, path: CrackPath) -> Outline:
+def _fitted(photo: Photo, path: CrackPath, band_mm: float | None = None) -> Outline:
     """Return the outline of a thin crack with a fitted width. If the width is below ``MIN_FITTED_PX``, it has no walls.
 
-    Raises InputError if the width may be 0.
+    ``band_mm`` is the width of a grey band around the crack. None if it is not known. Raises InputError if the width
+    may be 0.
     """
     # If a photo was enlarged, the smaller copy shows as much as the photo.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
@@ -258,7 +283,7 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
         f"blurred profile: {mean_mm:.3g} {photo.unit} on average (95 %: {low_mm:.3g} to {high_mm:.3g}). Side cracks "
         "and islands are not searched for"
     )
-    doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], _dark_mm(copy, narrow, traced, fit)
+    doubts, dark_mm = [doubt("walls.fitted", fitted, mean_mm, "mm")], band_mm or _dark_mm(copy, narrow, traced, fit)
     if dark_mm is not None:
         doubts.append(doubt(f"{PLAUSIBLE}.band", BAND.format(mean_mm, photo.unit, dark_mm, photo.unit), dark_mm, "mm"))
     return outline_along(photo, path, traced, "fit", *doubts, width_95_mm=(low_mm, max(high_mm, dark_mm or 0.0)))

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
         write_report,
     )
     from sealtwin.api.runs import (
-        BlockRelease,
         Fluid,
         Nozzle,
         PlannedPath,
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
         fill_fast,
         inject,
         plan_path,
-        release_block,
         write_robot_program,
     )
     from sealtwin.api.samples import (
@@ -55,7 +53,6 @@ if TYPE_CHECKING:
     from sealtwin.api.trials import FlowPlan, TrialRun, open_run, plan_flow, run_trial
 
 __all__ = [
-    "BlockRelease",
     "CalibrationResult",
     "CrackOutline",
     "FlowPlan",
@@ -89,7 +86,6 @@ __all__ = [
     "plot_levels",
     "read_photo",
     "read_readings",
-    "release_block",
     "run_trial",
     "sweep",
     "trace_crack",

@@ -1,25 +1,26 @@
-"""Check measured walls for bands beside them, narrow stretches, and ends not reached."""
+"""Check measured walls for bands beside them, a darker line between them, narrow stretches, and ends not reached."""
 
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial import KDTree
 
-from digitise.crack_path.hints import listed, snap_px
-from digitise.geometry.polyline import left_normals, runs, smoothed
+from digitise.crack_path.hints import CrackPath, listed, snap_px
+from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
 from digitise.image.raster import Mask, lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MAX_MISSING, MIN_WIDTH_PX, TooThinError
-from digitise.walls.wall_profile import cheapest_wall, outward, patch_around, steadied, straighten
+from digitise.walls.wall_profile import cheapest_wall, cheapest_way, outward, patch_around, steadied, straighten
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import SIDES, Floats, Outline, WallStretch
 from sealtwin.core.solid_figures import EndKind
 
-# Constants of bands. "widths" are crack widths.
+# Constants of bands and of a darker line. "widths" are crack widths.
 #
 # Chosen on 86 drawn roads. A lower ``BAND_WIDTHS`` or ``WORTH_SAYING``, or levels farther apart, give more false
 # warnings.
@@ -45,6 +46,11 @@ MIN_CONTRAST = 6.0  # Minimum contrast of lightness
 WORTH_SAYING = 0.05  # A smaller relative difference between the mean widths with and without bands gives no warning
 LISTED = 4  # Largest number of positions in a warning
 WIDTH_ERROR = 0.05  # Fraction of the mean width by which the interval extends beyond both widths
+# A line between the walls is reported if it is this much darker than the rest, relative to the ground. Cracks have 0.05
+DARKER = 0.1
+LINE_PX, LINE_ALONG_PX = 3, 15  # Width of the darkest line, and length over which its light is averaged
+LINE_STEP = 0.02  # Cost of a step of that line to a side by one px, as a fraction of the ground's light
+WIDTH_RATIO = 1.7  # Minimum width between the walls, divided by the width of the darkest line
 
 
 # Constants of narrow stretches.
@@ -135,6 +141,28 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
         width_95_mm=(min(least_wide_mm, low_mm - sure_mm), max(most_wide_mm, high_mm + sure_mm)),
         walls=(*outline.walls, *stretches),
     )
+
+
+def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:
+    """Return the path along a line between the walls that is far darker than the rest, such as a crack in a joint.
+
+    Returns None if there is no such line.
+    """
+    half_px = outline.mean_width_mm / photo.mm_per_px / 2 - LINE_PX
+    if half_px < WIDTH_RATIO * LINE_PX / 2:
+        return None
+    line_px, reach_px = resampled(outline.centreline_px, 1.0), 2 * half_px + 2 * LINE_PX
+    offset_px, normal = np.arange(-reach_px, reach_px + 1), left_normals(smoothed(line_px, 2 * half_px))
+    light, inner = sampled(photo.brightness, places_beside(line_px, offset_px, normal)), np.abs(offset_px) < half_px
+    soft = np.asarray(cv2.blur(light, (LINE_PX, LINE_ALONG_PX)), float)[:, inner]
+    inside = np.median(light[:, inner])
+    ground = float(np.median(light[:, np.abs(offset_px) > half_px + 2 * LINE_PX]))
+    column = cheapest_way(soft[None] / ground, LINE_STEP * np.arange(-2.0, 3.0) ** 2)[0]
+    line = float(np.median(np.take_along_axis(soft, column[:, None], axis=1)))
+    width_px = max(float(np.median((soft < (line + inside) / 2).sum(axis=1))), float(LINE_PX))
+    if inside - line <= DARKER * (ground - line) or 2 * half_px < WIDTH_RATIO * width_px:
+        return None
+    return replace(path, points_px=line_px + offset_px[inner][column][:, None] * normal, width_px=width_px)
 
 
 def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[Fact]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, Required, TypedDict, Unpack
+from typing import Any, Literal, TypedDict, Unpack
 
 from pydantic import Field
 
@@ -16,7 +16,6 @@ from sealtwin.core import records
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile, Sample, Trajectory
 from sealtwin.core.settings import Settings, checked, doubts_of
-from simulate.block import BlockRelease, FluidBlock
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 
 
@@ -281,75 +280,6 @@ def fill_fast(
 
 def _sample_of(path: PlannedPath) -> Sample:
     return Sample(path.solid.crack, path.solid, path)
-
-
-class BlockKeywords(SlopeKeywords, total=False):
-    """Settings of a block of fluid and its release."""
-
-    ahead_mm: float | None
-    duration_s: Required[float]
-    every_s: float
-    seed: int
-
-
-@public(FluidBlock, Seeded, SampleSlope)
-def release_block(
-    length_mm: float,
-    width_mm: float,
-    height_mm: float,
-    fluid: Fluid,
-    *,
-    solver: Solver,
-    device: str = "cpu",
-    progress: bool | None = None,
-    **keywords: Unpack[BlockKeywords],
-) -> BlockRelease:
-    """Release a block of fluid behind a gate, as in a dam break.
-
-    The fluid sticks to all walls.
-
-    Parameters
-    ----------
-    fluid
-        Settings of the fluid.
-    solver
-        Settings of the solver, with ``radius_mm``. With 12 to 20 particle diameters across the block's shortest side,
-        halving the radius moves the front by about 3 %. ``substeps`` divides the longest possible substep. Default: 1.
-    device
-        "cpu" (default), "cuda:0", or "auto" for the first GPU, or for the CPU if there is no GPU.
-    progress
-        True to show progress on stderr. Default: True in a terminal or a notebook.
-
-    Returns
-    -------
-    BlockRelease
-        Front, height and volume over time, each (n,), and the particles at the end.
-
-    Raises
-    ------
-    InputError
-        A value is out of bounds, the fluid is too viscous for the radius, or the block has too few or too many
-        particles.
-    NumericalError
-        The fluid reaches the edge of the plate, or the computation fails.
-
-    Examples
-    --------
-    >>> fluid = st.Fluid(viscosity_pa_s=1, yield_stress_pa=20, freeze_after_s="never")
-    >>> block = st.release_block(20, 10, 10, fluid, duration_s=0.1, solver=st.Solver(radius_mm=0.8))
-    >>> bool(block.front_mm[-1] > 0)
-    True
-    """
-    sides = {"length_mm": length_mm, "width_mm": width_mm, "height_mm": height_mm}
-    block = settings_from(FluidBlock, "release_block", keywords, **sides)
-    slope, run = settings_from(SampleSlope, "release_block", keywords), settings_from(Seeded, "release_block", keywords)
-    from simulate.block_release import release
-    from simulate.device import choose_device
-    from simulate.injection import ComputeOptions
-
-    with shown_progress(progress) as shown:
-        options = ComputeOptions(choose_device(device), progress=shown)
-        return release(block, fluid.loaded(Path()), solver, options=options, slope=slope, seed=run.seed)
 
 
 @public(ProgramOptions)

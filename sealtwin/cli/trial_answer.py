@@ -138,7 +138,11 @@ def _made(result: "TrialResult", last: "StageName") -> Rows:
 
     sample, fluid = result.sample, None if last == "digitise" else result.fluid
     if sample is not None:
-        source = "line found without clicks, perhaps a part of the crack, see overlay.png: " if sample.path_source == "found" else ""
+        source = (
+            "line found without clicks, perhaps a part of the crack, see overlay.png: "
+            if sample.path_source == "found"
+            else ""
+        )
         yield "Crack", source + sentence("terminal_crack", sample=sample, poured=fluid is not None)
         if sample.weighed is not None:
             yield "Cavity", sentence("terminal_cavity", sample=sample)

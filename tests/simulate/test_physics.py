@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from benchmarks.channels import Channel
+from benchmarks.loose_fluid import filled_box_mm
 from benchmarks.physics import CASES
 from sealtwin.core.records import Floats
-from simulate.loose_fluid import filled_box_mm
 from tests.support.small_fluids import FRAME_S, prepared
 from tests.support.tanks import Pit, Tank, raised
 

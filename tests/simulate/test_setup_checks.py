@@ -4,11 +4,11 @@ from typing import Any
 import manifold3d
 import pytest
 
+from benchmarks.hollow import solid_of
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid
-from simulate.hollow import solid_of
 from tests.support.shapes import OPEN, straight_slot
 from tests.support.small_fluids import path, pour
 

@@ -8,6 +8,7 @@ import pytest
 import warp as wp
 from numpy.typing import NDArray
 
+from benchmarks.loose_fluid import all_at_once
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
@@ -18,7 +19,6 @@ from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.injection import ComputeOptions, Injection, prepare
 from simulate.kernels.status import FROZEN, RESTS
-from simulate.loose_fluid import all_at_once
 from simulate.pour import Pour
 from simulate.run import fill
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver

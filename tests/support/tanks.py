@@ -12,12 +12,12 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from benchmarks.hollow import Box, Hollow
+from benchmarks.loose_fluid import all_at_once, filled_box_mm
 from sealtwin.core.records import Floats, Outline, Solid
 from simulate.fluid.cell_grid import MAX_ROOM
 from simulate.fluid.solver import FluidSolver
-from simulate.hollow import Box, Hollow
 from simulate.kernels.neighbours import Neighbours
-from simulate.loose_fluid import all_at_once, filled_box_mm
 from simulate.settings import Fluid, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
 from simulate.setup_checks import rheology_of

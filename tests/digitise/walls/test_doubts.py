@@ -95,6 +95,38 @@ def test_a_clicked_end_far_beyond_a_closed_crack_is_refused(photo):
         judge_reach(photo, path_px, path_px[150:], ("closed", "closed"))
 
 
+def in_a_joint(folder, darkness=1.0):
+    """The outline of a crack of 5 px in a grey joint of 38 px; a darkness of 0 is that of the joint."""
+    ends = [(-20, 150), (520, 150)]
+    picture = np.minimum(mortar(), np.where(with_crack(mortar(), ends, 38) < 0.1, 0.3 * mortar(), 1.0))
+    picture = darkness * with_crack(picture, ends, 5) + (1 - darkness) * picture
+    photo = photo_of_light(folder, picture)
+    return trace_outline(photo, CrackPath(np.array([(40.0, 150.0), (460.0, 150.0)]), 38.0, "ends"))
+
+
+def test_the_width_interval_is_wide_if_a_crack_in_a_joint_cannot_be_fitted(tmp_path, monkeypatch):
+    """A wet strip of 20 px around a crack of 6 px was measured without a warning. Here no fit is thin enough."""
+    monkeypatch.setattr("digitise.outline.FITTED_INSIDE", 0.0)
+    outline = in_a_joint(tmp_path)
+    low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
+    assert outline.width_source == "walls"
+    assert low_mm < 0.8
+    assert high_mm == outline.mean_width_mm > 3.5
+    assert any("between the walls" in warning.text for warning in outline.warnings)
+    assert {wall.doubt_mm for wall in outline.walls} == {(low_mm / 2, high_mm / 2)}
+
+
+@pytest.mark.parametrize(("darkness", "width_mm"), [(1.0, 0.7), (0.5, 0.4)])
+def test_a_dark_crack_in_a_grey_joint_is_measured_with_a_warning(tmp_path, darkness, width_mm):
+    """The walls of the joint, 38 px apart, were taken for those of the crack of 5 px in it."""
+    outline = in_a_joint(tmp_path, darkness)
+    low_mm, high_mm = outline.width_95_mm or (9.0, 0.0)
+    assert outline.mean_width_mm == pytest.approx(width_mm, abs=0.1)
+    assert low_mm < 0.8
+    assert high_mm > 3.5
+    assert any("a joint. The interval covers both" in warning.text for warning in outline.warnings)
+
+
 def test_a_painted_light_crack_has_the_width_of_its_paint(tmp_path):
     """Before, the dark shade of 4 px beside the crack was measured."""
     picture = mortar()

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.loose_fluid import substep_s
 from simulate.fluid.pressure import Iterations, iterations_of
-from simulate.loose_fluid import substep_s
 from tests.support.tanks import Pit, Tank, settled_mm
 
 RADIUS_MM = 0.4

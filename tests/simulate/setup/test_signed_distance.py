@@ -3,12 +3,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from benchmarks.hollow import solid_of
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Solid
 from simulate.fluid.solver import FluidSolver
-from simulate.hollow import solid_of
 from simulate.kernels.distance import BLOCK
 from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
 from tests.support.shapes import straight_slot, wandering_crack

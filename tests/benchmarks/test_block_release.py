@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.block_release import BlockRelease, FluidBlock, release
 from sealtwin.core.errors import InputError, NumericalError
-from simulate.block import BlockRelease, FluidBlock
-from simulate.block_release import release
 from simulate.settings import LEVEL, SampleSlope, Solver, particle_volume
 from tests.support.small_fluids import sealant
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.hollow import Hollow
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Floats
 from simulate.fluid.fault_checks import SENTENCES
 from simulate.fluid.solver import GRAVITY_CM_S2, Domain, FluidSolver
 from simulate.fluid.state import State
-from simulate.hollow import Hollow
 from simulate.settings import LEVEL, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.resolution import ACCURATE_RESOLUTION

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.hollow import Box, Hollow
+from benchmarks.loose_fluid import LooseFluid
 from benchmarks.measured_pours import fed
 from simulate.device import start_warp
-from simulate.hollow import Box, Hollow
-from simulate.loose_fluid import LooseFluid
 from simulate.settings import Solver, particle_volume
 from simulate.setup_checks import solved_as
 from tests.support.small_fluids import sealant
