@@ -32,22 +32,22 @@ class Weight(NamedTuple):
     usual: float
 
 
-CONSTANT, LAPSE = 0.813, 0.01
+CONSTANT, LAPSE = 0.737, 0.01
 WEIGHTS = {
     # -log of the share of cells away from the path that are clearer than its barest stretch
-    "clearest": Weight(0.927, 4.598),
+    "clearest": Weight(0.922, 4.62),
     # Share of the path in stretches as bright as the ground
-    "bare": Weight(-7.789, 0.0),
+    "bare": Weight(-7.59, 0.0),
     # Step from the ground to a light line beside the path, divided by the step from the path to the ground
-    "light_beside": Weight(-1.044, 0.151),
+    "light_beside": Weight(-1.029, 0.154),
     # Length of the longest straight leg divided by the path's length
-    "straight": Weight(-6.184, 0.168),
+    "straight": Weight(-6.129, 0.165),
     # Log of the path's length divided by the distance of its ends
-    "winding": Weight(-3.743, 0.100),
+    "winding": Weight(-3.597, 0.1),
 }
 # Probability below which a path is refused or gives a caution, and above which a line that was found is taken. Chosen
 # on routes whose probability comes from a fit without their set
-REFUSED, DOUBTED, TAKEN = 0.05, 0.55, 0.9
+REFUSED, DOUBTED, TAKEN = 0.05, 0.545, 0.9
 # A light line this much above the ground, in steps from the path to the ground, gives a caution by itself: the crack
 # may be the light line, and the path its shade. Of 242 such lines that were painted beside real cracks, 3 of 4 are said
 LIGHT = 0.75

@@ -236,8 +236,8 @@ class TraceSession:
                     path = self._kept("path", search, (settings.crack,), lambda: search.path(settings.crack))
                 else:
                     path = self._kept("path", photo, settings.hints, lambda: self._path(photo, settings))
-                    rivals = self._rivals(photo, roi_px) if path.doubtful else ()
-                    yield "cracks", list(map(_crack_answer, rivals))
+                    if path.doubtful:
+                        yield "cracks", list(map(_crack_answer, self._rivals(photo, roi_px)))
                 figures: Answer = {"width_px": path.width_px, "source": path.source, "warnings": texts(path.warnings)}
                 yield "path", figures | {"points_px": _rounded(path.points_px)}
                 outline = trace_outline(photo, path, settings)

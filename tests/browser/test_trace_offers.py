@@ -52,3 +52,21 @@ def test_a_click_on_a_number_chooses_its_crack_and_undo_offers_both_cracks_again
     bench.page.keyboard.press("Control+z")
     bench.page.keyboard.press("Control+y")
     taken(bench, first)
+
+
+def test_numbers_stand_beside_a_doubtful_path_and_a_click_takes_one(open_page, tmp_path):
+    """The path between the clicks follows two joints. A path without a doubt has no numbers beside it."""
+    picture = with_crack(mortar(), UPPER)
+    for joint in ([(15, -10), (15, 310)], [(-10, 280), (510, 280)]):
+        picture = with_crack(picture, joint, 4)
+    bench = open_page(write_png(tmp_path / "tiles.png", picture))
+    bench.await_state("refused", "walls")
+    for end_px in ((15, 120), (430, 280)):
+        bench.click(end_px)
+    bench.until('document.body.innerText.includes("the path may not be the crack")')
+    bench.await_state("walls")
+    assert bench.page.locator(".offered").all_inner_texts() == ["1"]
+    assert bench.page.is_visible(".offered")
+    bench.page.locator(".offered").click()
+    taken(bench, UPPER)
+    assert "the path may not be the crack" not in bench.text("body")

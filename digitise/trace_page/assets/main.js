@@ -23,7 +23,7 @@ const history = new History(first);
 let draft = first; // During a drag it is ahead of the history.
 let tool = hasEnds(first) ? "via" : "ends";
 let crosshair = [facts.size_px[0] / 2, facts.size_px[1] / 2];
-let sketching = false; // A line to the pointer is shown, and is not part of the draft.
+let sketching = false; // A line to the pointer, not part of the draft.
 
 const viewport = new Viewport(stage, part("photo"), {
   size: facts.size_px,
@@ -32,6 +32,7 @@ const viewport = new Viewport(stage, part("photo"), {
   covered: () => (narrow.matches ? [0, 120] : [0, 0]), // View buttons and notices.
 });
 const lines = new Lines(part("lines"));
+let offered;
 const findings = new Findings(lines);
 const offers = new Offers(part("offers"), lines, ({ ends_px: ends }) => take(ends.map(rounded)));
 const points = new Points(part("points"), {
@@ -90,7 +91,6 @@ function search() {
   trace("walls");
 }
 
-/** Remove the findings. */
 function dismiss() {
   tracing.forget();
   findings.dismiss();
@@ -99,10 +99,9 @@ function dismiss() {
 
 /** `sketch`: the drag goes on; `still`: draw only complete answers, so that walls do not flicker under a moving point. */
 function takeAnswer(answer, { sketch = false, still = false }) {
-  if (answer.cracks) {
-    offers.replace(answer.cracks);
-    place();
-  }
+  if (answer.cracks) offers.replace(answer.cracks);
+  offered = answer.cracks || (offered && !answer.scale);
+  place();
   const kind = findings.take(answer);
   if (answer.scale) showFace();
   if (kind) stage.dataset.state = kind;
@@ -169,7 +168,7 @@ function checkDepth() {
 function place() {
   lines.follow(viewport);
   points.show(pointsOf(draft), viewport);
-  offers.show(viewport);
+  offers.show(viewport, offered || !draft.ends_px.some(Boolean));
   const [x, y] = viewport.toScreen(crosshair);
   part("crosshair").style.transform = `translate(${x}px, ${y}px)`;
 }

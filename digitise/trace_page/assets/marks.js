@@ -108,7 +108,7 @@ export class Points {
   }
 }
 
-/** Lines that may be the crack, outlined and numbered: one click on a number takes that one. */
+/** Lines that may be the crack, outlined and numbered: a click on a number takes it. */
 export class Offers {
   /** `take(crack)` when one is chosen. */
   constructor(group, lines, take) {
@@ -116,15 +116,15 @@ export class Offers {
     this.cracks = [];
   }
 
-  /** Offer the lines of a search, best first. */
+  /** Offer lines, best first. */
   replace(cracks) {
     this.cracks = cracks;
     this.group.replaceChildren(...this.cracks.map((crack, index) => this.button(crack, index + 1)));
   }
 
-  /** Show them. */
-  show(viewport) {
-    this.group.hidden = !this.cracks.length;
+  /** Show or hide them. */
+  show(viewport, shown) {
+    this.group.hidden = !shown || !this.cracks.length;
     this.lines.setAll("offer", this.group.hidden ? [] : this.cracks.map((crack) => crack.outline_px), true);
     this.cracks.forEach((crack, index) => {
       const [x, y] = viewport.toScreen(crack.middle_px);

@@ -74,7 +74,7 @@ def test_the_trace_page_shows_the_same_path_and_walls_as_the_pipeline(in_mm, fil
     photo = evenly_scaled(file)
     path = find_path(photo, ENDS)
     outline = trace_outline(photo, path)
-    assert list(in_mm) == ["scale", "cracks", "path", "walls"]
+    assert list(in_mm) == ["scale", "path", "walls"]
     assert in_mm["scale"]["mm_per_px"] == 0.1
     assert np.allclose(in_mm["path"]["points_px"], path.points_px, atol=0.0051)
     walls = in_mm["walls"]
@@ -136,7 +136,7 @@ def test_lines_are_offered_by_number_unless_the_path_is_without_a_doubt(tmp_path
         picture = with_crack(picture, line, 4)
     answers = _asked(_session(write_png(tmp_path / "tiles.png", picture)), Hints(ends_px=ends_px))
     assert [*answers][-1] == last
-    offered = [line["ends_px"] for line in answers["cracks"]]
+    offered = [line["ends_px"] for line in answers.get("cracks", ())]
     assert offered == ([pytest.approx(np.array([CRACK[0], CRACK[-1]]), abs=4)] if lines else [])
 
 

@@ -66,9 +66,9 @@ def test_points_clicked_on_the_trace_page_are_saved_in_the_trial(trial, browser)
     answer = sealtwin("trace", trial)
     assert answer.exit_code == 0, answer.output
     traced, saved = browser.answers
-    assert [next(iter(line)) for line in traced] == ["scale", "cracks", "path", "walls"]
+    assert [next(iter(line)) for line in traced] == ["scale", "path", "walls"]
     # The fixture's truth, within the tracing benchmark's 0.5 %.
-    assert traced[3]["walls"]["length"] == pytest.approx(80, rel=0.01)
+    assert traced[2]["walls"]["length"] == pytest.approx(80, rel=0.01)
     # The page shows the two lines of the command's answer.
     summary, following = answer.stdout.splitlines()
     shown = {"summary": summary, "next": following.removeprefix("Next: ")}
