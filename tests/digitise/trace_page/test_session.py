@@ -136,6 +136,7 @@ def test_lines_are_offered_by_number_unless_the_path_is_without_a_doubt(tmp_path
         picture = with_crack(picture, line, 4)
     answers = _asked(_session(write_png(tmp_path / "tiles.png", picture)), Hints(ends_px=ends_px))
     assert [*answers][-1] == last
+    assert "no crack between the ends" in answers.get("refused", "no crack between the ends")
     offered = [line["ends_px"] for line in answers.get("cracks", ())]
     assert offered == ([pytest.approx(np.array([CRACK[0], CRACK[-1]]), abs=4)] if lines else [])
 

@@ -16,6 +16,7 @@ from digitise.settings import PhotoInput
 from digitise.walls.centreline_and_walls import WallsMissingError, trace
 from digitise.walls.dark_region import trace_dark_region
 from fixtures.generate.road import Road, road
+from sealtwin.core.errors import InputError
 from tests.support.photos import mortar, photo_of_light, with_crack
 
 WIDE_IN_STONES = 7  # A seed of a road on whose crack of 31 px profiles lack walls
@@ -74,3 +75,9 @@ def test_a_larger_contrast_fraction_moves_the_walls_of_a_region_outwards(tmp_pat
     soft = replace(photo, brightness=cv2.GaussianBlur(photo.brightness, (0, 0), 3.0))
     inner, outer = (trace_dark_region(soft, path, share, unhidden(soft)).width_px for share in (0.3, 0.7))
     assert outer > inner + 3
+
+
+def test_a_region_narrower_than_8_px_is_refused(tmp_path):
+    photo, path = dark_line(tmp_path, 4)
+    with pytest.raises(InputError, match="px are needed"):
+        trace_dark_region(photo, path, 0.5, unhidden(photo))
