@@ -159,7 +159,9 @@ def _straight_lines(bones: Booleans, least: float) -> list[Floats]:
         maxLineGap=LARGEST_GAP * diagonal,
     )
     lines = [] if segments is None else [line.reshape(2, 2).astype(float) for line in segments]
-    return [line for line in lines if _share_near(near, line) >= COVERED]
+    # A joint leaves the photo at least at one end, and a straight crack may end inside.
+    last, rim = np.array(bones.shape[::-1]) - 1, LARGEST_GAP * diagonal
+    return [line for line in lines if np.minimum(line, last - line).min() < rim and _share_near(near, line) >= COVERED]
 
 
 def _share_near(near: Booleans, line: Floats) -> float:

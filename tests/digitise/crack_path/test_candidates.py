@@ -47,3 +47,10 @@ def test_a_path_between_clicks_follows_a_black_wedge_at_the_photos_border(tmp_pa
     assert distance_to(path.points_px, np.array([(0.0, 150.0), (460.0, 146.0)])).max() < 20
     with pytest.raises(InputError):
         wire.path(((300.0, 30.0), (440.0, 146.0)))
+
+
+def test_a_straight_crack_that_ends_inside_the_photo_is_not_left_out_as_a_joint(tmp_path):
+    """Only the bent beginning of such a crack was offered."""
+    ends = (60, 215), (440, 150)
+    search = search_of(tmp_path, with_crack(mortar(), [ends[0], (150, 165), ends[1]], 6))
+    assert search.cracks[0].line_px[[0, -1]] == pytest.approx(np.array(ends), abs=8)
