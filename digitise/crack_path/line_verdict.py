@@ -118,7 +118,8 @@ def judge(route: Route) -> LineVerdict:
     }
     probability, light = LAPSE + (1 - 2 * LAPSE) / (1 + float(np.exp(-odds))), step > LIGHT
     stretch, text = reasons["light_beside" if light else min(against, key=lambda name: against[name])]
-    confirmed = any(stretch[0] <= cell <= stretch[1] for cell in along.query(route.via[:, ::-1])[1])
+    reached = np.asarray(along.query(route.via[:, ::-1])[1])
+    confirmed = bool(((reached >= stretch[0]) & (reached <= stretch[1])).any())
     return LineVerdict(
         probability,
         inputs,
