@@ -185,10 +185,10 @@ class LiveWire:
         route = self.route(points_px, clicked=source is not None)
         probability, inputs, reason, doubtful = judge(route)
         if probability < REFUSED and source != "via":
+            rivals = self.rivals() if source else []
+            choose = ", or choose a numbered line by photo.crack, without ends_px" if rivals else ""
             raise RivalCracksError(
-                f"{self._photo.file}: no crack between the ends: {reason}. Check ends_px, or choose a numbered "
-                "line by photo.crack, without ends_px.",
-                self.rivals() if source else (),
+                f"{self._photo.file}: no crack between the ends: {reason}. Check ends_px{choose}.", rivals
             )
         text = f"the path may not be the crack, so its width is not measured: {reason}"
         doubts = (doubt("path.doubtful", text, probability),) if doubtful else ()

@@ -1,7 +1,4 @@
-"""Classify the ends of a crack: open at the edge of the face, closed in a tip, or cut if the crack continues.
-
-If a click cut an end, also measure how far the crack continues beyond the end, to warn that only a part was traced.
-"""
+"""Classify the ends of a crack: open at the edge of the face, closed in a tip, or cut if the crack continues."""
 
 from dataclasses import dataclass
 

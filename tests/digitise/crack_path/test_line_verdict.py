@@ -111,8 +111,14 @@ def test_a_line_chosen_by_its_number_is_confirmed(tmp_path):
 
 def test_two_clicks_off_a_crack_offer_the_lines_that_may_be_it(tmp_path):
     photo = photo_of_light(tmp_path, broken(270, 120))
-    with pytest.raises(RivalCracksError, match="no crack between the ends") as refusal:
+    with pytest.raises(
+        RivalCracksError, match=r"no crack between the ends.*Check ends_px, or choose a numbered"
+    ) as refusal:
         find_path(photo, ENDS)
     offered, searched = refusal.value.cracks, CrackSearch.of(photo).cracks
     assert [len(crack.line_px) for crack in offered] == [len(crack.line_px) for crack in searched]
     assert len(offered) == 2
+    # The rests of this crack are too short to be offered.
+    with pytest.raises(RivalCracksError, match=r"no crack between the ends.*Check ends_px\.$") as refusal:
+        find_path(photo_of_light(tmp_path, broken(330, 90)), ENDS)
+    assert not refusal.value.cracks
