@@ -27,6 +27,8 @@ class Clicked:
     """The refusal or, of a wrong line, its warnings."""
     silent: bool = False
     """True if there is no caution about the path."""
+    walls: bool = False
+    """True if there is a caution about the walls."""
     holds: bool | None = None
     """Whether the width's interval holds the mean width of the mask along its branch. None without an interval."""
 
@@ -50,10 +52,11 @@ def run_clicked(row: Listed, photos: Path) -> Clicked:
     line_px = outline.centreline_px
     judged = verdict(line_px, branch, mask)
     silent = not of_keys(outline.warnings, "path.doubtful")
+    walls = bool(of_keys(outline.warnings, "walls"))
     holds = None
     if (interval := outline.width_95_mm) is not None:
         holds = bool(interval[0] <= MM_PER_PX * branch.width_px.mean() <= interval[1])
-    return Clicked(row, judged, "; ".join(texts(outline.warnings)), silent, holds)
+    return Clicked(row, judged, "; ".join(texts(outline.warnings)), silent, walls, holds)
 
 
 def run_unclicked(row: Listed, photos: Path) -> Unclicked:

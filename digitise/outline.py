@@ -23,6 +23,7 @@ from digitise.walls.doubts import (
     darker_line,
     judge_reach,
     judge_stretches,
+    plausible_walls,
     with_bands,
     with_doubts,
 )
@@ -110,7 +111,12 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
         return _gauged(photo, path, traced, width_mm)
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
-            outline = outline_by_walls(with_drawn(photo, path, settings), path, settings)
+            drawn_px = list(settings.walls_px or ())
+            outline = outline_by_walls(with_drawn(photo, path, drawn_px), path, settings)
+            if settings.wall is not None and outline.bands_mm:
+                drawn_px += map(photo.to_px, plausible_walls(outline)[settings.wall - 1])
+                middle = replace(path, points_px=outline.centreline_px)
+                outline = outline_by_walls(with_drawn(photo, middle, drawn_px), path, settings)
             # If a dark crack is in a grey band, such as a joint, the crack is measured. The warning states both widths.
             inner = None if by_hand or path.source == "mask" else darker_line(photo, path, outline)
             if inner is None:
@@ -205,7 +211,7 @@ def outline_along(
         drawn = np.stack([sampled(by_hand, photo.to_px(wall_mm)) > 0 for wall_mm in (left_mm, right_mm)])
         methods = np.where(drawn, 2, methods)
         share = max(float(drawn.mean()), 0.01)
-        text = f"{share:.0%} of the walls follow lines drawn by hand"
+        text = f"{share:.0%} of the walls follow lines drawn by hand or chosen by number"
         warnings.append(doubt("walls.drawn", text, share))
     if source == "none":
         # The ring of a path follows it forth and back, and encloses no area.

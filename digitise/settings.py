@@ -61,7 +61,7 @@ NOT_BESIDE = {
     "mm_per_px": ("ruler_px", "markers", "face_mm"),
     "ruler_px": ("markers", "face_mm"),
     "crack": ("ends_px", "mask"),
-    "mask": ("roi_px", "via_px", "walls_px"),
+    "mask": ("roi_px", "via_px", "walls_px", "wall"),
     "path_only": ("width_mm",),
 }
 """Photo settings, each with the settings that it excludes. ``NEEDED_BY`` lists settings that require another one."""
@@ -142,6 +142,9 @@ class PhotoInput(Settings):
     walls_px: Walls | None = None
     """Stretches of wall drawn by hand, for photos in which walls are measured wrongly. A stretch is a line from a point
     on a wall, along the true wall, to another point on the same wall. Draw stretches with 'sealtwin trace'."""
+    wall: Literal[1, 2] | None = None
+    """Number of the true wall if a wall may be on either side of a band, such as a shade: 1 leaves the band out of the
+    crack, and 2 includes it. overlay.png shows both numbers. Without such a band, the number changes nothing."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
     paint are the walls. The path is absolute or relative to the trial file's folder."""

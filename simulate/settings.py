@@ -26,6 +26,12 @@ VISCOSITY = Likely(0.0, 50.0, "Pa s", "in mPa s")
 DENSITY = Likely(700.0, 3500.0, "kg/m3", "in g/cm3 or N/m3")  # From alcohol to heavy mortar
 SLOPE = Likely(-12.0, 12.0, "degrees", "in percent")  # Roads stay below 12 degrees
 NOZZLE = Likely(0.0, 2.0, "mm for a crack of this width", "the outer diameter, or in tenths of a mm", of_width=True)
+FAST_READS = (
+    *("U", "D_cm", "wall_share", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
+    *("density_kg_m3", "yield_stress_pa", "material"),
+)
+"""Settings of [fluid] that the fast model supports. D_cm is only a reason why the model is not valid. If any other
+setting differs from its default, the sealant is refused, so that no setting is silently ignored."""
 MIN_WALL_SHARE = 0.05  # Smallest wall_share. With less, the wall would have almost no effect
 
 
@@ -196,6 +202,20 @@ class Fluid(Settings):
     def freezes(self) -> bool:
         """True if particles are fixed in place at some age."""
         return self.freeze_after_s != "never"
+
+    @property
+    def unread_by_fast_model(self) -> dict[str, Any]:
+        """Settings that are not in ``FAST_READS`` and differ from their defaults, with these defaults."""
+        # A trial file must state freeze_after_s. Only ``Fluid`` has a default for it.
+        fields = {**type(self).model_fields, **Fluid.model_fields}.items()
+        return {
+            key: field.default for key, field in fields if key not in FAST_READS and getattr(self, key) != field.default
+        }
+
+    @property
+    def suits_fast_model(self) -> bool:
+        """True if the fast model, on which a plan is based, supports the sealant."""
+        return not self.unread_by_fast_model and (self.yields or self.fresh.viscosity_pa_s is not None)
 
     def _check(self) -> None:
         if isinstance(self.material, Material):

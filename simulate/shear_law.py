@@ -5,7 +5,8 @@ Each law is a member of ``Law``. To add a law:
 - Add its viscosity and its power at rest to this module, and its viscosity on the device to ``apparent_weight`` in
   ``kernels.viscosity``.
 - Add the setting that selects it to ``settings.LAWS``, which all code that replaces, draws or calibrates a law reads.
-- For the fast model, add it to ``FLOW_BETWEEN_PLATES`` and its settings to ``slot.run.READ``. Other laws are refused.
+- For the fast model, add it to ``FLOW_BETWEEN_PLATES`` and its settings to ``settings.FAST_READS``. Other laws are
+  refused.
 - For a measured paste, add it to ``material_file.KEY_OF_LAW``.
 """
 

@@ -37,11 +37,14 @@ CLEAREST = 90  # Percentile of the clearness near the path that is taken for the
 
 
 class RivalCracksError(InputError):
-    """Raised if the user must choose one of the lines that may be the crack. ``cracks`` lists them, best first."""
+    """Raised if the user must choose one of the lines that may be the crack. ``cracks`` lists them, best first.
 
-    def __init__(self, message: str, cracks: Sequence[FoundCrack] = ()) -> None:
+    ``refused_px``, (n, 2), is the refused path between clicked ends. None without ends.
+    """
+
+    def __init__(self, message: str, cracks: Sequence[FoundCrack] = (), refused_px: Floats | None = None) -> None:
         super().__init__(message)
-        self.cracks = cracks
+        self.cracks, self.refused_px = cracks, refused_px
 
 
 def find_path(
@@ -187,9 +190,8 @@ class LiveWire:
         if probability < REFUSED and source != "via":
             rivals = self.rivals() if source else []
             choose = ", or choose a numbered line by photo.crack, without ends_px" if rivals else ""
-            raise RivalCracksError(
-                f"{self._photo.file}: no crack between the ends: {reason}. Check ends_px{choose}.", rivals
-            )
+            fault = f"{self._photo.file}: no crack between the ends: {reason}. Check ends_px{choose}."
+            raise RivalCracksError(fault, rivals, route.points_px)
         text = f"the path may not be the crack, so its width is not measured: {reason}"
         doubts = (doubt("path.doubtful", text, probability),) if doubtful else ()
         verdict = {"probability": probability, **inputs}

@@ -32,7 +32,7 @@ from digitise.settings import (
     Tilt,
     Walls,
 )
-from digitise.walls.doubts import PLAUSIBLE
+from digitise.walls.doubts import PLAUSIBLE, numbered_walls
 from sealtwin.core.arrays import Pixels
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import of_keys, texts
@@ -71,6 +71,7 @@ class Hints(PageSettings):
     via_px: Clicks | None = Field(default=None, max_length=MAX_VIA)
     roi_px: Region | None = None
     walls_px: Walls | None = None
+    wall: Literal[1, 2] | None = None
     branches: Literal["drop", "keep"] | None = None
     mm_per_px: float | None = None
     scale_is: Literal["measured", "assumed"] | None = None
@@ -334,6 +335,17 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
     return {
         **{name: _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
         **{name: [_rounded(photo.to_px(line_mm)) for line_mm in lines] for name, lines in several_mm.items()},
+        "choices": [
+            {
+                "wall": number,
+                "ends_px": _rounded(line_px[[0, -1]]),
+                "middle_px": _rounded(photo.to_px(place_mm)[None])[0],
+                "outline_px": _rounded(np.concatenate([line_px, line_px[::-1]])),
+            }
+            for number, (wall_mm, place_mm) in enumerate(numbered_walls(outline), 1)
+            for line_px in (photo.to_px(wall_mm),)
+        ]
+        or None,
         # For each stretch of a wall: its side, its first and last station, and how it was measured.
         "why": [
             (

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, median_filter
+from scipy.ndimage import gaussian_filter1d
 
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import left_normals, resampled, smoothed
@@ -17,7 +17,16 @@ from digitise.image.raster import Mask, lightness
 from digitise.photo import Photo, smaller
 from digitise.walls.centreline_and_walls import CENTRE_SMOOTHING, CORRECTIONS, MIN_WIDTH_PX
 from digitise.walls.ends import Traced, to_its_ends
-from digitise.walls.wall_profile import Strip, between, cheapest_wall, outward, patch_around, steadied, straighten
+from digitise.walls.wall_profile import (
+    Strip,
+    between,
+    cheapest_wall,
+    median_along,
+    outward,
+    patch_around,
+    steadied,
+    straighten,
+)
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
@@ -90,7 +99,7 @@ def trace_dark_region(photo: Photo, path: CrackPath, wall_share: float, hidden: 
 def _rims_px(strip: Strip, width_px: float) -> Floats:
     """Return the distance of both rims of the dark region from the line in px, left and right, (2, stations)."""
     along = int(np.clip(MEDIAN_WIDTHS * width_px, *MEDIAN_PX)) | 1
-    light = median_filter(lightness(strip.light), (along, 1), mode="nearest")
+    light = median_along(lightness(strip.light), along, axis=0)
     away_px = np.abs(strip.offset_mm) / strip.mm_per_px
     over = int(max(9, STEADY * width_px)) | 1
     core, ground = away_px <= max(1.5, CORE * width_px), (away_px >= GROUND * width_px + GROUND_PX) & strip.valid

@@ -13,7 +13,15 @@ from digitise.geometry.polyline import left_normals, places_beside, resampled, r
 from digitise.image.raster import Mask, lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MAX_MISSING, MIN_WIDTH_PX, TooThinError
-from digitise.walls.wall_profile import cheapest_wall, cheapest_way, outward, patch_around, steadied, straighten
+from digitise.walls.wall_profile import (
+    cheapest_wall,
+    cheapest_way,
+    median_along,
+    outward,
+    patch_around,
+    steadied,
+    straighten,
+)
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
@@ -61,8 +69,8 @@ FITTED = 1.25  # A crack with hairlines is fitted if its width's upper quartile 
 BAND = (
     "beside a wall there is a band that is neither as dark as the crack nor as bright as the ground, for example "
     "debris, oil or shade near {} px, so two positions of the wall are plausible. On average the crack is {:.3g} {} "
-    "wide without such bands and {:.3g} with them. Check the lines over the photo (overlay.png). Draw the "
-    "true wall beside each band in walls_px"
+    "wide without such bands and {:.3g} with them. Check the lines over the photo (overlay.png). Choose "
+    "the wall by its number there, photo.wall = 1 or 2, or draw the true wall beside each band in walls_px"
 )
 BAND_WHY = "the band beside this wall is neither as dark as the crack nor as bright as the ground"
 
@@ -97,7 +105,7 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
     reach_px, step_px = float(np.percentile(both_px, 98)) + REACH * width_px + REACH_PX, max(1.0, SAMPLE * width_px)
     patch = patch_around(photo, photo.to_px(line_mm), reach_px)
     strip = straighten(photo, patch, line_mm, ray, step_px * px, reach_px * px)
-    even = median_filter(lightness(outward(strip, strip.light)), (1, odd(MEDIAN_WIDTHS), 1), mode="nearest")
+    even = median_along(lightness(outward(strip, strip.light)), odd(MEDIAN_WIDTHS), axis=1)
     valid, walls_px = outward(strip, strip.valid), both_px[..., None]
     over_px = np.arange(even.shape[2]) * strip.sample_px - walls_px
     core = np.where(valid & (over_px < -CORE_PX - CORE * walls_px), even, np.nan)
@@ -141,6 +149,21 @@ def with_bands(photo: Photo, outline: Outline, hidden: Mask) -> Outline:
         width_95_mm=(min(least_wide_mm, low_mm - sure_mm), max(most_wide_mm, high_mm + sure_mm)),
         walls=(*outline.walls, *stretches),
     )
+
+
+def plausible_walls(outline: Outline) -> tuple[list[Floats], list[Floats]]:
+    """Return the walls that leave the bands out of the crack, and the walls that include them, as lines in mm."""
+    halves_mm = [np.split(ring_mm, 2) for ring_mm in outline.bands_mm]
+    return [near_mm for near_mm, _ in halves_mm], [far_mm for _, far_mm in halves_mm]
+
+
+def numbered_walls(outline: Outline) -> list[tuple[Floats, Floats]]:
+    """Return the longest wall of both kinds, (n, 2) in mm, and where its number stands, (2,).
+
+    The places are a third and two thirds along the band, so that the two numbers do not cover each other.
+    """
+    longest_mm = [max(walls_mm, key=len) for walls_mm in plausible_walls(outline) if walls_mm]
+    return [(wall_mm, wall_mm[len(wall_mm) // 3]) for wall_mm in longest_mm]
 
 
 def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:

@@ -3,6 +3,7 @@
 Everything between the path and a line along a wall is surely crack. Everything beyond the line is surely ground.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from digitise.crack_path.hints import CrackPath, listed, snap_px
 from digitise.geometry.polyline import resampled
 from digitise.image.raster import Mask, draw_line, filled_polygon, sampled, window_around
 from digitise.photo import Photo
-from digitise.settings import PhotoInput
+from digitise.settings import Clicks
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.arrays import Booleans, Floats, lengths
 from sealtwin.core.errors import InputError
@@ -45,16 +46,16 @@ class _Line(NamedTuple):
     foot_px: Floats  # Nearest point of the path for each point of the line, (n, 2)
 
 
-def with_drawn(photo: Photo, path: CrackPath, settings: PhotoInput) -> ByHand:
-    """Return the photo, changed by the drawn walls of ``settings``.
+def with_drawn(photo: Photo, path: CrackPath, walls_px: Sequence[Clicks | Floats]) -> ByHand:
+    """Return the photo, changed by drawn walls. Each is a line in px, (n, 2).
 
     Raises InputError for lines that leave the photo, that are not on this crack, or that cross it.
     """
-    if not settings.walls_px:
+    if not walls_px:
         return ByHand(photo)
     width_px, light = max(path.width_px, 4.0), photo.brightness.copy()
     crack, ground, decided = (np.zeros(light.shape, np.uint8) for _ in range(3))
-    for line in _lines(photo, path, settings, width_px):
+    for line in _lines(photo, path, walls_px, width_px):
         low, window = window_around(line.place_px, max(REACH * width_px, REACH_PX), photo.size_px)
         line_px, foot = line.place_px - low, line.foot_px - low
         outward = (line_px - foot) / np.maximum(lengths(line_px - foot), 1.0)[:, None]
@@ -73,7 +74,7 @@ def _between(shape: tuple[int, ...], first: Floats, second: Floats) -> Booleans:
     return filled_polygon(shape, np.concatenate([first, second[::-1]])) > 0
 
 
-def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float) -> list[_Line]:
+def _lines(photo: Photo, path: CrackPath, walls_px: Sequence[Clicks | Floats], width_px: float) -> list[_Line]:
     """Return the drawn walls.
 
     Raises InputError for a line that leaves the photo, is not on this crack, or crosses the crack.
@@ -82,7 +83,7 @@ def _lines(photo: Photo, path: CrackPath, settings: PhotoInput, width_px: float)
     tree, (width, height) = KDTree(way_px), photo.size_px
     most_px, beyond_px = max(MAX_AWAY * width_px, 2 * snap_px(photo)), max(END_WIDTHS * width_px, END_PX)
     lines = []
-    for number, points_px in enumerate(settings.walls_px or (), start=1):
+    for number, points_px in enumerate(walls_px, start=1):
         line_px, name = np.array(points_px, float), f"photo.walls_px, line {number}"
         if photo.depth_px(line_px).min() < -0.5:
             raise InputError(

@@ -10,6 +10,7 @@ from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import places_beside, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
+from digitise.walls.doubts import numbered_walls
 from sealtwin.core.arc_length import arc_length, at_arc_length
 from sealtwin.core.arrays import Pixels
 from sealtwin.core.records import Floats, Outline, Trajectory
@@ -77,6 +78,12 @@ class Canvas:
                 cv2.LINE_AA,
             )
 
+    def number(self, place_px: Floats, number: int) -> None:
+        """Draw a number on a disc at a position in pixels of the photo."""
+        place, text = self.to_copy_px(place_px), str(number)
+        self.dot(place, 15, INK, PAPER)
+        self.text(place + 2 * self.text_size(text) * (-0.5, 0.5), text, PAPER, 2)
+
     def panel(self, low: Floats, high: Floats, colour: Colour, opacity: float) -> None:
         (left, top), (right, bottom) = np.maximum(np.rint((low, high)), 0).astype(int)
         window = self.picture[top:bottom, left:right]
@@ -116,6 +123,8 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
         path_px = nozzle[trajectory.giving]
         for bead in resampled(path_px, BEADS * canvas.unit) if len(path_px) > 1 else ():
             canvas.dot(bead, 1.6, NOZZLE, INK)
+    for number, (_, place_mm) in enumerate(numbered_walls(outline), 1):
+        canvas.number(photo.to_px(place_mm), number)
     _mark_ends(canvas, outline)
     _add_legend(canvas, outline, trajectory)
     return canvas.picture
@@ -130,15 +139,18 @@ def draw_way(photo: Photo, path: CrackPath) -> Pixels:
     return canvas.picture
 
 
-def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Pixels:
-    """Return the photo with the competing cracks outlined and numbered, in the overlay's size, as RGB."""
+def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack], refused_px: Floats | None = None) -> Pixels:
+    """Return the photo with the competing cracks outlined and numbered, in the overlay's size, as RGB.
+
+    ``refused_px`` is a path between clicked ends that was refused, (n, 2).
+    """
     canvas = Canvas(photo)
+    if refused_px is not None:
+        canvas.line(refused_px, CENTRE, 1.5)
     for crack in cracks:
         canvas.line(crack.outline_px, ENDS, 1.5, closed=True)
     for number, crack in enumerate(cracks, 1):
-        middle = canvas.to_copy_px(crack.middle_px)
-        canvas.dot(middle, 15, INK, PAPER)
-        canvas.text(middle + 2 * canvas.text_size(str(number)) * (-0.5, 0.5), str(number), PAPER, 2)
+        canvas.number(crack.middle_px, number)
     return canvas.picture
 
 
@@ -171,7 +183,7 @@ def _add_legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None)
     if outline.width_source != "none":
         lines += [(LEFT, "left wall"), (RIGHT, "right wall"), (ENDS, "rest of the rim")]
     if outline.bands_mm:
-        lines.append((ENDS, "dashed: crack or ground"))
+        lines.append((ENDS, "dashed: crack or ground, photo.wall = 1 or 2"))
     if trajectory is not None and len(pour_s_mm := trajectory.s_mm[trajectory.giving]):
         lines.append((NOZZLE, f"nozzle, from s = {pour_s_mm[0]:.1f} to {pour_s_mm[-1]:.1f} mm"))
     canvas.picture = np.pad(canvas.picture, ((0, round(row * len(lines) + pad)), (0, 0), (0, 0)), constant_values=255)

@@ -1,6 +1,7 @@
 """Straighten the photo along a line, and measure both walls of a crack in the strip, to a fraction of a pixel."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -389,7 +390,16 @@ def steadied(values: Floats, over: int, percent: float = 50.0) -> Floats:
             # NaN is sorted to the end. NumPy's percentiles of rows with NaN take a hundred times as long.
             ordered, last = np.nan_to_num(np.sort(side[shown], axis=1)), count[shown, None] - 1
             level[:] = np.interp(station, station[shown], between(ordered, percent / 100 * last)[:, 0])
-    return median_filter(levels, (1, over), mode="nearest")
+    return median_along(levels, over, axis=1)
+
+
+def median_along(values: NDArray[Any], over: int, axis: int) -> NDArray[Any]:
+    """Return the running median of ``over`` values, an odd number, along an axis. Beyond its ends, values repeat."""
+    rows = np.moveaxis(values, axis, -1)
+    padded = np.pad(rows, [*[(0, 0)] * (rows.ndim - 1), (over // 2, over // 2)], mode="edge")
+    # SciPy's filter is up to ten times as fast in one dimension as in several.
+    even = median_filter(padded.ravel(), over, mode="nearest").reshape(padded.shape)
+    return np.moveaxis(even[..., over // 2 : -(over // 2)], -1, axis)
 
 
 def between(values: Floats, column: Floats) -> Floats:

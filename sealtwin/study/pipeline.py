@@ -109,9 +109,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         )
     if not redone and not more:
         job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
-    from simulate.slot.run import has_sealant
-
-    can_be_planned = job.trial.fluid is not None and has_sealant(job.trial.fluid)
+    can_be_planned = job.trial.fluid is not None and job.trial.fluid.suits_fast_model
     return FinishedStages(result, tuple(redone), can_be_planned, job.trial.can_be_varied)
 
 

@@ -119,8 +119,8 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
     try:
         path = find_path(photo, *settings.hints)
     except RivalCracksError as rivals:
-        cracks = rivals.cracks
-        with _with_picture(job, lambda: draw_cracks(photo, cracks)):
+        cracks, refused_px = rivals.cracks, rivals.refused_px
+        with _with_picture(job, lambda: draw_cracks(photo, cracks, refused_px)):
             raise
     job.progress.advance(2, "tracing the walls")
     with _with_picture(job, lambda: draw_way(photo, path)):

@@ -11,7 +11,6 @@ from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
 from sealtwin.trial.trial_file import Output
-from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, StillThere
 
 CHECKPOINT = "checkpoint.npz"  # File with the checkpoint of an unfinished run
 SNAPSHOTS = Path("snapshots", "snapshots.pvd")  # Collection file that lists the snapshots of its folder
@@ -42,6 +41,7 @@ def bring_up_to_date(job: Job) -> bool:
 
     from simulate.injection import ComputeOptions
     from simulate.run import fill
+    from simulate.watchers import Checkpoint, FrameFiles, HealthLog, StillThere
 
     sample = record_files.read_sample(job.path)
     # The checkpoint is the first of these watchers, because it may resume the run before the others begin.
@@ -95,6 +95,8 @@ def check(job: Job) -> None:
 
 def _note_missed(job: Job, run: Run) -> None:
     """Show a note if snapshots are missing because the run ended before their time."""
+    from simulate.watchers import PAST_THE_END
+
     health = run.health.recorded()
     end_s = health["frames"] * health["frame_s"]
     wanted_s = set(job.trial.output.snapshots_s) - set(Output().snapshots_s)

@@ -74,7 +74,6 @@ def bring_up_to_date(job: Job) -> bool:
         return False
     began = time.monotonic()
 
-    from simulate.slot.run import has_sealant
     from validate.compare import assess
     from validate.metrics.volumes import balance_profile, gained_level_mm
     from validate.report.write_report import write_report
@@ -115,7 +114,7 @@ def bring_up_to_date(job: Job) -> bool:
         edited=tuple(name for stage in stages for name in job.folder.edited(stage) if name in used),
         can_be_varied=trial.can_be_varied,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
-        can_be_planned=has_sealant(trial.given_fluid),
+        can_be_planned=trial.given_fluid.suits_fast_model,
     )
     if trial.readings is not None and readings is not None:
         comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -24,12 +23,6 @@ from simulate.slot.fill import CELLS, STEPS, Filled, HerschelBulkley, fill
 from simulate.slot.fitness import fitness_of
 
 STATION_MM = 0.2
-READ = (
-    *("U", "D_cm", "wall_share", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
-    *("density_kg_m3", "yield_stress_pa", "material"),
-)
-"""Settings of [fluid] that this model supports. D_cm is only a reason why the model is not valid. If any other setting
-differs from its default, the sealant is refused, so that no setting is silently ignored."""
 PARTICLES_RUB = 0.0065
 """Friction between particles, as a fraction of the pressure. Shear waves in a box without walls give 0.5 to 0.8 %. The
 fast model includes this friction so that it agrees with a run of particles."""
@@ -38,7 +31,7 @@ fast model includes this friction so that it agrees with a run of particles."""
 def pour(inputs: Pour) -> tuple[Run, Profile]:
     """Pour along the trajectory, let the sealant settle for ``solver.settle_s``, and return the run and its level.
 
-    Raises InputError for a sealant with a setting that is not in READ, for example if the sealant freezes.
+    Raises InputError for a sealant with a setting that is not in ``settings.FAST_READS``, for example if it freezes.
     """
     solid, outline, trajectory = inputs.sample.solid, inputs.sample.outline, inputs.sample.trajectory
     fluid, nozzle = inputs.fluid, inputs.nozzle
@@ -103,18 +96,6 @@ def pour(inputs: Pour) -> tuple[Run, Profile]:
     return run, level
 
 
-def _unread(fluid: Fluid) -> dict[str, Any]:
-    """Return the settings that are not in READ and differ from their defaults, with these defaults."""
-    # A trial file must state freeze_after_s. Only ``Fluid`` has a default for it.
-    fields = {**type(fluid).model_fields, **Fluid.model_fields}.items()
-    return {key: field.default for key, field in fields if key not in READ and getattr(fluid, key) != field.default}
-
-
-def has_sealant(fluid: Fluid) -> bool:
-    """Return True if the fast model, on which a plan is based, supports the sealant."""
-    return not _unread(fluid) and (fluid.yields or fluid.fresh.viscosity_pa_s is not None)
-
-
 def bed_of(
     inputs: Pour, paste: HerschelBulkley, trajectory: Trajectory, *, cells: int = CELLS, steps: int = STEPS
 ) -> Filled:
@@ -142,7 +123,7 @@ def paste_of(inputs: Pour) -> HerschelBulkley:
     """
     fluid, sample = inputs.fluid, inputs.sample
     refused = 'the fast model (solver.model = "slot") does not support this setting. Give solver.model = "particles"'
-    for key, default in _unread(fluid).items():
+    for key, default in fluid.unread_by_fast_model.items():
         raise InputError(f"fluid.{key}: {refused}, or leave fluid.{key} at its default, {default}.")
     if fluid.law not in FLOW_BETWEEN_PLATES:
         raise InputError(f"fluid.{fluid.given_by} selects the law of flow: {refused}.")

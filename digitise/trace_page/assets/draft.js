@@ -3,10 +3,12 @@
 /** A tenth of a pixel is finer than a click. */
 export const rounded = ([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) / 10];
 
+/** What belongs to one crack, if nothing is placed. */
+const NO_CRACK = { ends_px: [null, null], crack: null, via_px: [], walls_px: [], wall: null };
+
 /** A draft without points and numbers, by the keys of the trial file. */
 const EMPTY = {
-  ends_px: [null, null], crack: null, via_px: [], roi_px: [], branches: null,
-  walls_px: [],
+  ...NO_CRACK, roi_px: [], branches: null,
   ruler_px: [], ruler_mm: null, face_corners_px: [], face_mm: [null, null], mm_per_px: null, scale_is: null,
   depth_mm: null, tilt: null, wall_angle_deg: null,
 };
@@ -29,6 +31,7 @@ export function hintsOf(draft) {
     ends_px: ends,
     via_px: ends && draft.via_px.length,
     walls_px: ends && draft.walls_px.length,
+    wall: draft.wall,
     crack: !ends && draft.crack,
     roi_px: draft.roi_px.length >= 2,
     branches: draft.branches,
@@ -120,14 +123,8 @@ function goneRound(corners) {
 
 export const MAX_WALLS = 50; // As in digitise/settings.py.
 
-/** `draft` without what belongs to one crack: its ends, and the walls drawn along it. */
-export const withoutCrack = (draft) => ({
-  ...draft,
-  walls_px: [],
-  ends_px: [null, null],
-  via_px: [],
-  crack: null,
-});
+/** `draft` without its crack's ends and walls. */
+export const withoutCrack = (draft) => ({ ...draft, ...NO_CRACK });
 
 const MAX_POINTS = 200; // As MAX_WALL_POINTS in digitise/settings.py.
 

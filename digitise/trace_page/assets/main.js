@@ -1,6 +1,6 @@
 // The trace page: points go to the server, lines come back.
 
-import { draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, withoutCrack, withoutWall } from "./draft.js";
+import { draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, withoutCrack } from "./draft.js";
 import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
@@ -34,7 +34,7 @@ const viewport = new Viewport(stage, part("photo"), {
 const lines = new Lines(part("lines"));
 let offered;
 const findings = new Findings(lines);
-const offers = new Offers(part("offers"), lines, ({ ends_px: ends }) => take(ends.map(rounded)));
+const offers = new Offers(part("offers"), lines, ({ ends_px: ends, wall }) => (wall ? commit({ ...draft, wall }) : take(ends.map(rounded))));
 const points = new Points(part("points"), {
   moving: (id, screen) => {
     const { left, top } = stage.getBoundingClientRect();
@@ -49,7 +49,7 @@ const tracing = new Tracing(takeAnswer, lost);
 const leaving = new Leaving({
   ready: () => tracing.scaled(),
   missing,
-  content: () => ({ hints: hintsOf(draft), shape: shapeOf(draft) }),
+  content: () => ({ hints: hintsOf(confirmed()), shape: shapeOf(draft) }),
   changed: () => history.can(-1),
   lost,
   over: () => tracing.forget(),
@@ -99,8 +99,9 @@ function dismiss() {
 
 /** `sketch`: the drag goes on; `still`: draw only complete answers, so that walls do not flicker under a moving point. */
 function takeAnswer(answer, { sketch = false, still = false }) {
-  if (answer.cracks) offers.replace(answer.cracks);
-  offered = answer.cracks || (offered && !answer.scale);
+  const choices = answer.cracks ?? answer.walls?.choices;
+  if (choices) offers.replace(choices);
+  offered = choices || (offered && !answer.scale);
   place();
   const kind = findings.take(answer);
   if (answer.scale) showFace();
@@ -147,7 +148,7 @@ function refresh() {
   lines.set("ruler", draft.scale === "ruler" && draft.ruler_px.length === 2 ? draft.ruler_px : null);
   showFace();
   lines.setAll("drawn", draft.walls_px);
-  showDrawn(draft, (index) => commit(withoutWall(draft, index)));
+  showDrawn(draft, commit);
   lines.set("roi", draft.roi_px.length < 2 ? null : draft.roi_px.length === 2 ? boxed(draft.roi_px) : draft.roi_px, true);
   place();
 }
@@ -313,10 +314,16 @@ const PRESSED = {
 for (const [id, press] of Object.entries(PRESSED)) part(id).addEventListener("click", press);
 watchFields((edit) => commit(edit(draft)));
 
+/** The draft; a line that the search took and the user saves gives its ends. */
+function confirmed() {
+  const points = findings.path?.source === "found" && findings.path.points_px;
+  return points ? { ...draft, ends_px: [points[0], points.at(-1)].map(rounded) } : draft;
+}
+
 /** A sentence on all that a save still needs, or null. */
 function missing() {
   const lacks = [];
-  if (!hasEnds(draft) && !facts.painted) lacks.push("both ends");
+  if (!hasEnds(confirmed()) && !facts.painted) lacks.push("both ends");
   const unasked = facts.path_only || facts.tables.includes("depth_mm");
   if (!draft.depth_mm && !unasked) lacks.push("the measured depth in mm");
   if (facts.is_new && !findings.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");

@@ -143,8 +143,8 @@ export class Offers {
     const [[left, top], [right, bottom]] = crack.ends_px.map((end) => end.map(Math.round));
     return made("button", {
       class: "offered",
-      title: `Take crack ${number} (${number})`,
-      "aria-label": `Take crack ${number}, from x ${left}, y ${top} to x ${right}, y ${bottom}`,
+      title: `Take line ${number} (${number})`,
+      "aria-label": `Take line ${number}, from x ${left}, y ${top} to x ${right}, y ${bottom}`,
       "aria-keyshortcuts": number,
       // A click on the photo would place a point.
       pointerdown: (event) => event.stopPropagation(),

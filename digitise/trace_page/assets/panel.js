@@ -1,6 +1,6 @@
 // The panel of findings and fields.
 
-import { replaced } from "./draft.js";
+import { replaced, withoutWall } from "./draft.js";
 import { made, part } from "./page.js";
 
 const numberOf = (text) => Number(text.trim().replace(",", ".") || NaN);
@@ -30,6 +30,7 @@ export function showWalls(walls) {
 const SOURCES = {
   ends: () => "Between your two ends",
   via: (count) => `Between your two ends, past ${count} via point${count === 1 ? "" : "s"}`,
+  found: () => "Along the line that is probably the crack",
   choice: () => "Along the line with this number",
   mask: () => "As painted in the mask",
 };
@@ -85,12 +86,13 @@ export function showPhotos(photos, turn) {
   part("photos").replaceChildren(...buttons.map((button) => made("li", {}, button)));
 }
 
-/** A row for each wall that was drawn; `erase(index)`. */
-export function showDrawn(draft, erase) {
-  const rows = draft.walls_px.map((line, index) => {
-    const [x, y] = line[0].map(Math.round);
-    const gone = made("button", { "aria-label": `Erase wall ${index + 1}`, click: () => erase(index) }, "×");
-    return made("div", { class: "drawn" }, made("span", {}, `Wall ${index + 1}, from x ${x}, y ${y}`), gone);
+/** A row for each wall that was drawn or chosen; `change(next)` with the draft without it. */
+export function showDrawn(draft, change) {
+  const walls = draft.walls_px.map(([[x, y]], index) => [`Wall from x ${Math.round(x)}, y ${Math.round(y)}`, withoutWall(draft, index)]);
+  if (draft.wall) walls.push([`Wall ${draft.wall} of the band`, { ...draft, wall: null }]);
+  const rows = walls.map(([name, next]) => {
+    const gone = made("button", { "aria-label": `Erase ${name}`, click: () => change(next) }, "×");
+    return made("div", { class: "drawn" }, made("span", {}, name), gone);
   });
   part("drawn-section").hidden = !rows.length;
   part("drawn").replaceChildren(...rows);

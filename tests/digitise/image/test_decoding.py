@@ -79,6 +79,18 @@ def test_a_truncated_photo_is_refused(tmp_path, picture, ending):
     assert "cut short" in refusal(path) or "not a readable" in refusal(path)
 
 
+def test_a_jpeg_that_lost_a_block_of_its_data_is_refused(tmp_path, picture):
+    """Pillow reads it without a word: the rest of the photo is shifted, and its end is grey."""
+    path = tmp_path / "photo.jpg"
+    Image.fromarray(picture).save(path)
+    content = path.read_bytes()
+    middle = len(content) * 3 // 4
+    path.write_bytes(content[:middle] + content[middle + len(content) // 10 :])
+    with Image.open(path) as photo:
+        assert np.asarray(photo).shape == picture.shape
+    assert "damaged or cut short" in refusal(path)
+
+
 def test_a_photo_with_transparent_pixels_is_read_with_a_warning(tmp_path, picture):
     alpha = np.full(picture.shape[:2], 255, dtype=np.uint8)
     for rows, values in ((0, []), (20, [0.25])):

@@ -200,3 +200,21 @@ def test_a_faint_crack_among_stones_is_measured_with_an_interval_and_drawn_walls
 def test_too_many_or_invalid_walls_are_refused(walls, named):
     with pytest.raises(InputError, match=named):
         how_traced(**walls)
+
+
+@pytest.mark.parametrize(("wall", "height_px"), [(1, LOWER_PX["ground"]), (2, LOWER_PX["crack"])])
+@pytest.mark.parametrize("photo", ["pale", "banded"])
+def test_a_wall_chosen_by_its_number_leaves_the_band_out_or_includes_it(request, photo, wall, height_px):
+    chosen = trace_outline(*request.getfixturevalue(photo), how_traced(wall=wall))
+    assert lower_px(chosen, 200, 300) == pytest.approx(height_px, abs=2.0)
+    assert lower_px(chosen, 40, 110) == pytest.approx(LOWER_PX["ground"], abs=1.0)
+    assert not chosen.bands_mm
+    assert chosen.width_95_mm is None
+    assert [text for text in texts(chosen.warnings) if "chosen by number" in text]
+
+
+def test_the_number_of_a_wall_changes_nothing_without_a_band(tmp_path):
+    photo, path = crack(tmp_path)
+    outlines = [trace_outline(photo, path, how_traced(wall=wall)) for wall in (None, 2)]
+    assert np.array_equal(*(outline.outline_mm for outline in outlines))
+    assert texts(outlines[0].warnings) == texts(outlines[1].warnings)

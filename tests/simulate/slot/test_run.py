@@ -11,10 +11,10 @@ from sealtwin.core.records import Profile, Run, Sample
 from simulate.injection import ComputeOptions, prepare
 from simulate.pour import Pour
 from simulate.run import fill, fill_each
-from simulate.settings import Fluid, SampleSlope, Solver
+from simulate.settings import FAST_READS, Fluid, SampleSlope, Solver
 from simulate.slot.fill import HerschelBulkley
 from simulate.slot.fitness import FULLEST, fitness_of
-from simulate.slot.run import READ, pour
+from simulate.slot.run import pour
 from tests.support.small_fluids import path, sample_of, slot
 
 FAST = Solver(model="slot", radius_mm=0.4, settle_s=2.0)
@@ -74,7 +74,7 @@ FIELDS: dict[str, tuple[dict[str, Any], Any]] = {
 @pytest.mark.parametrize("name", sorted(Fluid.model_fields.keys() - {"material"}))
 def test_the_fast_model_uses_or_refuses_every_setting_of_a_fluid(name: str):
     beside, value = FIELDS[name]
-    if name not in READ:
+    if name not in FAST_READS:
         with pytest.raises(InputError, match=rf"fluid\.{name}: "):
             poured(**{**beside, name: value})
         return
