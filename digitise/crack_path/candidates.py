@@ -15,13 +15,14 @@ from digitise.crack_path.profiles import finite_median, profiles_across, row_med
 from digitise.geometry.polyline import left_normals, resampled, unit
 from digitise.image.raster import lightness, widened
 from digitise.photo import Photo
+from digitise.settings import MAX_RANKED
 from sealtwin.core.records import Booleans, Floats, Integers
 
 # Limits of a line. Lengths are in cells of the line map.
 #
 # Chosen on 127 real photos with masks: in 85 the first line is a crack, and in 91 one of the first three is.
 # Lower limits of clearness link cracks with grain and joints.
-LIKELY, SURE = 3.0, 5.0  # Minimum clearness of a cell that continues a line, and of a cell that starts a line
+LIKELY, SURE = 3.0, 3.75  # Minimum clearness of a cell that continues a line, and of a cell that starts a line
 # A cell is in the middle of a line if its clearness is at least this fraction of the largest in a window of this size
 CREST, NEARBY = 0.3, 11
 MIN_BONE = 25  # Minimum number of cells of a skeleton piece that is used as a line
@@ -69,6 +70,7 @@ class FoundCrack:
 def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Floats]]:
     """Return the lines that may be cracks, best first, and the ends of straight lines that were left out, (2, 2).
 
+    There are at most ``MAX_RANKED`` lines.
     Lines beside a joint are left out if there are other lines. A joint is so dark that fainter cracks beside it would
     not be found.
     """
@@ -87,7 +89,7 @@ def candidates(photo: Photo, field: LineMap) -> tuple[list[FoundCrack], list[Flo
         near_px = max(crack.width_px, SAME_CELLS / field.scale)
         if all(np.mean(KDTree(other.line_px).query(crack.line_px)[0] <= near_px) < SAME for other in apart):
             apart.append(crack)
-    return apart, [field.to_photo(line) for line in surely]
+    return apart[:MAX_RANKED], [field.to_photo(line) for line in surely]
 
 
 def _bones(field: LineMap, allowed: Booleans) -> Booleans:

@@ -18,7 +18,7 @@ from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.profiles import width_along
 from digitise.image.raster import blurred_copy, resized
 from digitise.photo import Photo
-from digitise.settings import MAX_RANKED, Clicks, PixelPair
+from digitise.settings import Clicks, PixelPair
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.arrays import Floats, Integers, lengths
 from sealtwin.core.errors import InputError
@@ -70,7 +70,7 @@ def find_path(
 
 @dataclass(frozen=True)
 class CrackSearch:
-    """The lines that are most likely to be the crack, most likely first. There are at most ``MAX_RANKED``."""
+    """The lines that are most likely to be the crack, most likely first."""
 
     photo: Photo
     wire: "LiveWire"
@@ -84,7 +84,7 @@ class CrackSearch:
         cracks, straight_px = candidates(photo, wire.field)
         text = "a line from {} px is as straight as a joint"
         warnings = tuple(doubt("path.joint", text.format(listed(line_px))) for line_px in straight_px[:1])
-        return cls(photo, wire, tuple(cracks[:MAX_RANKED]), warnings)
+        return cls(photo, wire, tuple(cracks), warnings)
 
     def path(self, number: int | None) -> CrackPath:
         """Return the path along the crack with this number, which counts from 1, from left to right.
@@ -178,7 +178,7 @@ class LiveWire:
 
     def rivals(self) -> list[FoundCrack]:
         """Return the lines of the photo that may be the crack, best first."""
-        return candidates(self._photo, self.field)[0][:MAX_RANKED]
+        return candidates(self._photo, self.field)[0]
 
     def between(self, points_px: Floats, source: Literal["ends", "via"] | None = None) -> CrackPath:
         """Return the path past all points, (n, 2) in px, inside the photo.

@@ -319,9 +319,16 @@ def _scale_answer(photo: Photo, refused: str | None) -> Answer:
 def _crack_answer(crack: FoundCrack) -> Answer:
     return {
         "ends_px": _rounded(crack.line_px[[0, -1]]),
-        "middle_px": _rounded(crack.middle_px[None])[0],
+        "middle_px": _rounded(crack.middle_px),
         "outline_px": _rounded(crack.outline_px),
     }
+
+
+def _choice(number: int, wall_px: Floats) -> Answer:
+    there_and_back = np.concatenate([wall_px, wall_px[::-1]])
+    ends_px, middle_px = wall_px[[0, -1]], wall_px[len(wall_px) // 3]
+    points_px = {"ends_px": ends_px, "middle_px": middle_px, "outline_px": there_and_back}
+    return {"wall": number, **{name: _rounded(points) for name, points in points_px.items()}}
 
 
 def _walls_answer(photo: Photo, outline: Outline) -> Answer:
@@ -335,17 +342,7 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
     return {
         **{name: _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
         **{name: [_rounded(photo.to_px(line_mm)) for line_mm in lines] for name, lines in several_mm.items()},
-        "choices": [
-            {
-                "wall": number,
-                "ends_px": _rounded(line_px[[0, -1]]),
-                "middle_px": _rounded(photo.to_px(place_mm)[None])[0],
-                "outline_px": _rounded(np.concatenate([line_px, line_px[::-1]])),
-            }
-            for number, (wall_mm, place_mm) in enumerate(numbered_walls(outline), 1)
-            for line_px in (photo.to_px(wall_mm),)
-        ]
-        or None,
+        "choices": [_choice(*wall) for wall in enumerate(map(photo.to_px, numbered_walls(outline)), 1)] or None,
         # For each stretch of a wall: its side, its first and last station, and how it was measured.
         "why": [
             (
@@ -368,6 +365,6 @@ def _walls_answer(photo: Photo, outline: Outline) -> Answer:
     }
 
 
-def _rounded(points_px: Floats) -> list[list[float]]:
+def _rounded(points_px: Floats) -> list[Any]:
     """Round points to a hundredth of a pixel, which is finer than any display."""
     return np.round(points_px, 2).tolist()

@@ -157,13 +157,12 @@ def plausible_walls(outline: Outline) -> tuple[list[Floats], list[Floats]]:
     return [near_mm for near_mm, _ in halves_mm], [far_mm for _, far_mm in halves_mm]
 
 
-def numbered_walls(outline: Outline) -> list[tuple[Floats, Floats]]:
-    """Return the longest wall of both kinds, (n, 2) in mm, and where its number stands, (2,).
+def numbered_walls(outline: Outline) -> list[Floats]:
+    """Return the longest wall of both kinds in mm. Its number stands at a third of it.
 
-    The places are a third and two thirds along the band, so that the two numbers do not cover each other.
+    The two lines run in opposite directions, so that the numbers do not cover each other.
     """
-    longest_mm = [max(walls_mm, key=len) for walls_mm in plausible_walls(outline) if walls_mm]
-    return [(wall_mm, wall_mm[len(wall_mm) // 3]) for wall_mm in longest_mm]
+    return [max(walls_mm, key=len) for walls_mm in plausible_walls(outline) if walls_mm]
 
 
 def darker_line(photo: Photo, path: CrackPath, outline: Outline) -> CrackPath | None:

@@ -78,11 +78,11 @@ class Canvas:
                 cv2.LINE_AA,
             )
 
-    def number(self, place_px: Floats, number: int) -> None:
-        """Draw a number on a disc at a position in pixels of the photo."""
-        place, text = self.to_copy_px(place_px), str(number)
-        self.dot(place, 15, INK, PAPER)
-        self.text(place + 2 * self.text_size(text) * (-0.5, 0.5), text, PAPER, 2)
+    def number(self, middle_px: Floats, number: int) -> None:
+        """Draw a number on a disc, whose middle is in pixels of the photo."""
+        middle, text = self.to_copy_px(middle_px), str(number)
+        self.dot(middle, 15, INK, PAPER)
+        self.text(middle + 2 * self.text_size(text) * (-0.5, 0.5), text, PAPER, 2)
 
     def panel(self, low: Floats, high: Floats, colour: Colour, opacity: float) -> None:
         (left, top), (right, bottom) = np.maximum(np.rint((low, high)), 0).astype(int)
@@ -123,8 +123,8 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
         path_px = nozzle[trajectory.giving]
         for bead in resampled(path_px, BEADS * canvas.unit) if len(path_px) > 1 else ():
             canvas.dot(bead, 1.6, NOZZLE, INK)
-    for number, (_, place_mm) in enumerate(numbered_walls(outline), 1):
-        canvas.number(photo.to_px(place_mm), number)
+    for number, wall_mm in enumerate(numbered_walls(outline), 1):
+        canvas.number(photo.to_px(wall_mm[len(wall_mm) // 3]), number)
     _mark_ends(canvas, outline)
     _add_legend(canvas, outline, trajectory)
     return canvas.picture

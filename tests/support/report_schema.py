@@ -22,6 +22,8 @@ def schema() -> dict[str, Any]:
         record["description"] = record["description"].partition("\n\nParameters\n")[0]
         meanings = described(next(vars(one)[record["title"]] for one in modules if record["title"] in vars(one)))
         for name, field in record.get("properties", {}).items():
+            # Pydantic's title of a field is its name in other letters.
+            field.pop("title", None)
             field |= {"description": meaning} if (meaning := meanings.get(name)) else {}
             if record is not content and "unit" not in record["properties"] and '"number"' in json.dumps(field):
                 field.setdefault("unit", "1" if name.startswith("share") else units.unit_of(name))
