@@ -43,7 +43,7 @@ def main(photos: Path, jobs: int = 2) -> None:
     rows = [row for row in listed() if row.set in LATER]
     print(f"{len(rows)} photos of {', '.join(LATER)}\n\nwithout clicks: the first line is a crack, one of three is")
     _vary(RANKS, partial(_ranks, rows, photos, jobs))
-    print("\nbetween two clicks: right, refused, right with a caution about the walls, interval holds the mask's width")
+    print("\nbetween two clicks: right, refused, right with a remark about the walls, interval holds the mask's width")
     _vary(CLICKS, partial(_clicks, rows, photos, jobs))
 
 

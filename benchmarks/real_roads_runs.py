@@ -28,7 +28,7 @@ class Clicked:
     silent: bool = False
     """True if there is no caution about the path."""
     walls: bool = False
-    """True if there is a caution about the walls."""
+    """True if there is a remark about the walls, such as that a thin crack was fitted."""
     holds: bool | None = None
     """Whether the width's interval holds the mean width of the mask along its branch. None without an interval."""
 

@@ -30,8 +30,9 @@ from sealtwin.core.solid_figures import EndKind
 
 # Constants of bands and of a darker line. "widths" are crack widths.
 #
-# Chosen on 86 drawn roads. A lower ``BAND_WIDTHS`` or ``WORTH_SAYING``, or levels farther apart, give more false
-# warnings.
+# Chosen on 86 drawn roads with seeds under 200. Roads with seeds from 51,000 (benchmarks.tracing_roads) and the sound
+# trials (benchmarks.sound_trials), none of which has such a warning, checked them. A lower ``BAND_WIDTHS`` or
+# ``WORTH_SAYING``, or levels farther apart, give more false warnings.
 EVERY = 2  # Number of stations from one profile to the next
 SAMPLE = 0.05  # Spacing of samples of a profile in widths, at least 1 px
 REACH = 1.2  # The search extends this many widths beside a wall, plus ``REACH_PX``
@@ -61,7 +62,8 @@ LINE_STEP = 0.02  # Cost of a step of that line to a side by one px, as a fracti
 WIDTH_RATIO = 1.7  # Minimum width between the walls, divided by the width of the darkest line
 
 
-# Constants of narrow stretches.
+# Constants of narrow stretches. Chosen on a lab's photo and drawn cracks, checked on the 117 later photos of
+# benchmarks/real_roads, where a quarter less or a third more changes nothing (benchmarks.line_constants).
 UNKNOWN = 0.75  # A stretch narrower than this times ``MIN_WIDTH_PX`` is a hairline. Blur widens 4 px to 5.4 px
 STEADY, LONG = 3.0, 5.0  # Length of a median along the crack, and minimum length of a stretch, in ``MIN_WIDTH_PX``
 FITTED = 1.25  # A crack with hairlines is fitted if its width's upper quartile is below this times ``MIN_WIDTH_PX``

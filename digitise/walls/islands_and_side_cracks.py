@@ -50,7 +50,8 @@ from sealtwin.core.records import Booleans, Floats, Outline
 
 # Constants of stones and side cracks. "widths" are crack widths.
 #
-# Chosen on drawn photos. With lower limits of size, more grains, pores and stains are taken for stones and side cracks.
+# Chosen on drawn photos, checked on the tiers of benchmarks.tracing and on the sound trials. With lower limits of
+# size, more grains, pores and stains are taken for stones and side cracks.
 PAINT_DARK, PAINT_BRIGHT = 0.05, 0.8  # Brightness of a deep crack and of light mortar
 WORK_PX = 20.0  # Width of the crack in the searched copy. A side crack a seventh as wide then has three pixels
 REACH, AROUND = 2.5, 0.5  # Margin of the copy around the path: in widths, or in lengths of the path if that is more
