@@ -32,18 +32,18 @@ class Weight(NamedTuple):
     usual: float
 
 
-CONSTANT, LAPSE = 0.759, 0.01
+CONSTANT, LAPSE = 0.737, 0.01
 WEIGHTS = {
     # -log of the share of cells away from the path that are clearer than its barest stretch
-    "clearest": Weight(0.919, 4.62),
+    "clearest": Weight(0.946, 4.62),
     # Share of the path in stretches as bright as the ground
-    "bare": Weight(-7.615, 0.0),
+    "bare": Weight(-7.614, 0.0),
     # Step from the ground to a light line beside the path, divided by the step from the path to the ground
-    "light_beside": Weight(-1.031, 0.154),
+    "light_beside": Weight(-1.046, 0.154),
     # Length of the longest straight leg divided by the path's length
-    "straight": Weight(-6.116, 0.165),
+    "straight": Weight(-6.218, 0.165),
     # Log of the path's length divided by the distance of its ends
-    "winding": Weight(-3.641, 0.1),
+    "winding": Weight(-3.708, 0.1),
 }
 # Probability below which a path is refused or gives a caution, and above which a line that was found is taken. Chosen
 # on routes whose probability comes from a fit without their set
