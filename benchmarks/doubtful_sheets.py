@@ -1,23 +1,18 @@
 """Synthetic sheets of readings: sound ones, and ones that do not say what was meant, in every manner that was met.
 
-A sheet is drawn with the crack that it is of, the volume in it and a simulated level, as a run would know them.
+A sheet is drawn with the depth and the length of its crack.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import openpyxl
 from openpyxl.styles import Font
 
-from digitise.settings import CrackShape
-from digitise.solid.build_solid import build_solid
-from sealtwin.core.records import Floats, Outline, Profile, Solid
-from tests.support.shapes import straight_slot
+from sealtwin.core.records import Floats
 from tests.support.sheet_writers import Hand, write_sheet
-from validate.readings.reading_checks import Filling
 
 Random = np.random.Generator
 LENGTHS_MM, DEPTHS_MM, WIDTH_MM = (50.0, 80.0, 140.0), (6.0, 10.0, 16.0, 24.0), 3.1
@@ -46,16 +41,9 @@ class DrawnSheet:
     length_mm: float
     scatter_mm: float
     hand: Hand
-    volume_mm3: float
-    simulated: Profile
     marks: tuple[Callable[[openpyxl.Workbook], object], ...] = ()  # Marks of a workbook's cells
     answers: frozenset[str] = field(default_factory=frozenset)
     """Answers of which one must be asked for, where the wrong cell is known."""
-
-    @property
-    def filling(self) -> Filling:
-        outline, solid = crack(self.length_mm, self.depth_mm)
-        return Filling(outline, solid, self.volume_mm3, self.simulated)
 
     def write(self, folder: Path, name: str) -> Path:
         path = folder / (f"{name}.xlsx" if self.hand.workbook else f"{name}.csv")
@@ -66,12 +54,6 @@ class DrawnSheet:
                 mark(book)
             book.save(path)
         return path
-
-
-@cache
-def crack(length_mm: float, depth_mm: float) -> tuple[Outline, Solid]:
-    outline = straight_slot(length_mm=length_mm, width_mm=WIDTH_MM)
-    return outline, build_solid(outline, CrackShape(depth_mm=depth_mm, tilt="vertical"))
 
 
 def sound_sheet(random: Random, bed: str | None = None, hand: Hand | None = None, **given: float) -> DrawnSheet:
@@ -96,20 +78,7 @@ def sound_sheet(random: Random, bed: str | None = None, hand: Hand | None = None
         read_mm[-int(random.integers(1, 3)) :] = 0.0
     if repeats > 1 and random.random() < 0.15:
         read_mm[int(random.integers(stations)), int(random.integers(repeats))] = np.nan
-    fine_mm = np.linspace(0, length_mm, 161)
-    true_mm = np.interp(fine_mm / length_mm, *corners)
-    sheet = DrawnSheet(
-        s_mm,
-        read_mm,
-        depth_mm,
-        length_mm,
-        scatter_mm,
-        hand or HANDS[int(random.integers(len(HANDS)))],
-        0.0,
-        Profile(fine_mm, true_mm + _simulation_error(fine_mm, random)),
-    )
-    held_mm3 = sheet.filling.held_mm3(fine_mm, true_mm)
-    return replace(sheet, volume_mm3=held_mm3 * float(np.exp(0.06 * random.standard_normal())))
+    return DrawnSheet(s_mm, read_mm, depth_mm, length_mm, scatter_mm, hand or HANDS[int(random.integers(len(HANDS)))])
 
 
 def _bed(kind: str, depth_mm: float, random: Random) -> tuple[Floats, Floats]:
@@ -158,14 +127,6 @@ def _noise(random: Random, size: tuple[int, int]) -> Floats:
     return random.standard_t(3, size) / np.sqrt(3)
 
 
-def _simulation_error(s_mm: Floats, random: Random) -> Floats:
-    """Draw an error of about 1 mm, root mean square, alike over some 10 mm, and a constant one."""
-    wave = sum(
-        random.standard_normal() * np.sin(s_mm / random.uniform(4, 20) + random.uniform(0, 6.3)) for _ in range(3)
-    )
-    return 0.8 * np.asarray(wave) + 0.6 * random.standard_normal()
-
-
 Turn = Callable[[DrawnSheet, Random], DrawnSheet]
 PLAIN, DOWN = Hand(workbook=True), Hand(quantity="depth")
 """Hands whose repeats lie in columns, and whose first row is the header."""
@@ -212,36 +173,6 @@ def centimetres(sheet: DrawnSheet, random: Random) -> DrawnSheet:
         raise ValueError("a bed so near the face that a tenth of it is hardly another")
     digits = 2 + int(random.integers(2))
     return replace(sheet, levels_mm=np.round(sheet.levels_mm / 10, digits), answers=frozenset({"unit"}))
-
-
-def reversed_s(sheet: DrawnSheet, _: Random) -> DrawnSheet:
-    middle_mm = np.nanmedian(sheet.levels_mm, axis=1)
-    mirrored_mm = np.interp(sheet.length_mm - sheet.s_mm, sheet.s_mm, middle_mm)
-    if np.abs(middle_mm - mirrored_mm).mean() < WRONG_MM:
-        raise ValueError("a bed that is nearly its own mirror image")
-    s_mm = np.round(sheet.length_mm - sheet.s_mm, 2)
-    return replace(sheet, s_mm=s_mm[::-1], levels_mm=sheet.levels_mm[::-1], answers=frozenset({"direction"}))
-
-
-def gauge_too_high(sheet: DrawnSheet, _: Random) -> DrawnSheet:
-    return replace(sheet, levels_mm=np.round(sheet.levels_mm + 5.0, 4))
-
-
-def mean_row(sheet: DrawnSheet, _: Random) -> DrawnSheet:
-    row_mm, s_mm = np.round(np.nanmean(sheet.levels_mm, axis=0), 2), round(float(sheet.s_mm.mean()), 2)
-    s_mm += 0.01 * bool((np.abs(sheet.s_mm - s_mm) < 0.01).any())
-    return replace(
-        sheet,
-        s_mm=np.append(sheet.s_mm, s_mm),
-        levels_mm=np.vstack([sheet.levels_mm, row_mm]),
-        answers=frozenset({f"{len(sheet.s_mm) + 2}"}),
-    )
-
-
-def mean_column(sheet: DrawnSheet, _: Random) -> DrawnSheet:
-    column_mm = np.round(np.nanmean(sheet.levels_mm, axis=1), 2)
-    answers = frozenset({"BCDEFG"[sheet.levels_mm.shape[1]]})
-    return replace(sheet, levels_mm=np.column_stack([sheet.levels_mm, column_mm]), answers=answers)
 
 
 def copied(sheet: DrawnSheet, random: Random) -> DrawnSheet:
@@ -323,11 +254,7 @@ MANNERS: tuple[Manner, ...] = (
     Manner("depths written negative", all_signs, "ramp", DOWN, SHALLOW),
     Manner("levels written positive downward", all_signs, "ramp", PLAIN, SHALLOW),
     Manner("centimetres under millimetres", centimetres, given=FINE),
-    Manner("unlabelled mean row", mean_row, given=FINE),
     Manner("struck-through reading", struck),
-    Manner("direction of s turned", reversed_s),
-    Manner("fourth repeat the mean of three", mean_column, given=THREE | FINE),
-    Manner("gauge 5 mm too high", gauge_too_high),
     Manner("copied repeat", copied, given=FINE),
     Manner("copied repeats, steps of 0.5 mm", all_copied, given={"step_mm": 0.5, "stations": 17}),
     Manner("hidden row", hidden_row),

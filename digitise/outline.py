@@ -4,6 +4,7 @@ from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from skimage.measure import points_in_poly
@@ -111,7 +112,7 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
         return _gauged(photo, path, traced, width_mm)
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask" or by_hand:
         with suppress(TooThinError):
-            drawn_px = list(settings.walls_px or ())
+            drawn_px: list[Any] = [*(settings.walls_px or ())]
             outline = outline_by_walls(with_drawn(photo, path, drawn_px), path, settings)
             if settings.wall is not None and outline.bands_mm:
                 drawn_px += map(photo.to_px, plausible_walls(outline)[settings.wall - 1])

@@ -24,9 +24,9 @@ from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.computed import Spread, size_series
-from validate.uncertainty.contradictions import repeats_of
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.reading_errors import budget_of
+from validate.uncertainty.repeats import contradicted, repeats_of
 from validate.uncertainty.validation import COVERAGE
 
 AT_A_STATION_MM = 0.05  # An error closer to a station than this counts as at the station, since s is printed to 0.1 mm
@@ -48,14 +48,16 @@ def compare(
     fitted: tuple[str, ...] | None = None,
     screening: bool = False,
     unseen: Sequence[Baseline] = (),
+    exceeded: Sequence[str] = (),
 ) -> Comparison:
     """Compare two levels over the stretch of s that both cover, and judge the error.
 
     A positive error means that the simulated level is too high. Both levels are straight between stations, so the
     integrals are exact. If a particle escaped, the comparison fails. Without ``uncertainty``, the verdict has no
-    interval. ``screening`` marks a level from a screening model, which gets no verdict. The headline names the settings
-    ``fitted`` to the readings and the baselines. ``unseen`` are the baselines that were made without the readings.
-    Raises InputError if the two curves do not overlap.
+    interval. ``screening`` marks a level from a screening model, which gets no verdict. The headline names the
+    settings ``fitted`` to the readings and the baselines. ``unseen`` are the baselines that were made without the
+    readings, and ``exceeded`` sentences about declared errors that the readings exceed. Raises InputError if the
+    two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -90,6 +92,7 @@ def compare(
         fitted=fitted,
         readings_data=measured.data,
         readings_dialect=measured.dialect,
+        readings_remarks=(*measured.doubts, *exceeded),
         photo_data=photo_data,
         escaped_particles=escaped_particles,
         uncertainty=uncertainty,
@@ -132,6 +135,7 @@ def assess(
         edited=evidence.edited,
         fitted=settings.fitted,
         screening=not evidence.run.has_particles,
+        exceeded=contradicted(measured, settings, declared),
         unseen=unseen,
     )
     volumes = VolumeComparison(

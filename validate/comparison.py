@@ -236,6 +236,9 @@ class Comparison(JsonRecord):
     """Origin of the readings. Only measured data can validate."""
     readings_dialect: str
     """Sentence that describes how the sheet of readings was interpreted."""
+    readings_remarks: tuple[str, ...] = ()
+    """Remarks on the readings: texts and marks beside them, and readings that may be slips. They were read all the
+    same."""
     photo_data: DataKind
     """Origin of the photo or the mesh."""
     escaped_particles: int

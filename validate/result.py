@@ -34,6 +34,7 @@ from validate.intervals import PredictedLevel
 from validate.units import PageTable
 
 COMPARISON, PREDICTION, RESULT = "comparison.json", "prediction.json", "run.json"
+SHOWN_REMARKS = 3  # Largest number of remarks on the readings that the first page and the terminal quote
 IF_SEVERAL = Field(default=None, exclude_if=lambda value: value is None)
 """Default of a field that is not written for a trial with only one run."""
 NOT_A_VALIDATION = "data.not-a-validation"  # Key of the caution about data that were not measured

@@ -20,9 +20,7 @@ Quantity = Literal["level", "depth"]
 """Direction of the readings. level is measured upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "µm", "inch"]
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm. The second one has a Greek letter.
-AS_WRITTEN = re.compile(
-    r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|face|position|spill|repeats|range|worksheets|names"
-)
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|face|position|spill|repeats")
 """Pattern of an answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the
 whole sheet."""
 
@@ -87,8 +85,7 @@ class Declared(Settings):
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet. Give cells ("E7"), columns ("E") or rows ("7") that are right as they are.
     Give "sign", "unit", "datum" or "direction" if this property of the whole sheet is right. Give "repeats" if rows
-    with the same position, or without one, are repeats. Give "range", "worksheets" or "names" if texts outside the
-    range, texts on other worksheets, or the names of file and worksheet do not change the readings."""
+    with the same position, or without one, are repeats."""
     datum: Datum = "sample_surface"
     """Surface from which the readings are measured. Default: the sample's surface, which is the face."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
@@ -104,8 +101,7 @@ class Declared(Settings):
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
                     f"{answer!r:.40} is not an answer: give a cell ("
-                    '"E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction, repeats, range, worksheets '
-                    "or names"
+                    '"E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction or repeats'
                 )
         return answers
 

@@ -242,8 +242,7 @@ def compare(
     Raises
     ------
     InputError
-        The readings belong to another solid, the curves do not overlap, a value is out of bounds, or the readings
-        contradict a declared error.
+        The readings belong to another solid, the curves do not overlap, or a value is out of bounds.
 
     Examples
     --------

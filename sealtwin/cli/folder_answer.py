@@ -31,7 +31,8 @@ def ingest_answer(ingested: Ingested) -> Answer:
     lines = [
         *_table(("sample", "photo", "readings", "note", "state"), [*map(_pairing_row, samples)]),
         *(f"{sample.name}: read as {sample.dialect}." for sample in samples if sample.dialect),
-        *_together("note", ((sample.name, remark) for sample in samples for remark in sample.remarks)),
+        *_together("note", ((sample.name, sample.assumed) for sample in samples if sample.assumed)),
+        *_together("remark", ((sample.name, remark) for sample in samples for remark in sample.remarks)),
         *_together("Not used", ((file.name, file.sentence) for file in ingested.unused)),
         *_faults(ingested.faults),
         *_ending(ingested),
@@ -87,11 +88,12 @@ def _lab_answer(lab: Path, lines: Sequence[str], content: dict[str, Any], code: 
 def _sample(sample: LabSample) -> dict[str, Any]:
     return {
         "name": sample.name,
-        "state": sample.fate,
+        "state": sample.state,
         "sound": not sample.questions,
         "files": {role: [file.as_posix() for file in files] for role, files in sample.files.items()},
         "faults": [*sample.questions],
-        "remarks": sample.remarks,
+        "remarks": [*sample.remarks],
+        "assumed": sample.assumed,
         "dialect": sample.dialect,
         "columns": dict(sample.understood.roles) if sample.understood else {},
         "folder": sample.record and sample.record.folder,
@@ -100,17 +102,16 @@ def _sample(sample: LabSample) -> dict[str, Any]:
 
 
 def _pairing_row(sample: LabSample) -> list[str]:
-    is_unsound = sample.questions and sample.fate not in ("failed", "bug")
     lacking = ["?" if sample.questions else "-"]
     return [
         sample.name if "photo" in sample.files else "?",
         *(listed([*map(str, sample.files.get(role, []))] or lacking, 1) for role in ("photo", "readings", "note")),
-        f"{sample.fate}, not sound" if is_unsound else sample.fate,
+        sample.state,
     ]
 
 
 def _state(fault: CatalogueFault) -> str:
-    return "in doubt" if fault.can_be_confirmed else "failed"
+    return "failed" if fault.is_fault else "asked"
 
 
 def _faults(faults: Sequence[CatalogueFault]) -> list[str]:

@@ -27,7 +27,7 @@ class Location(NamedTuple):
 
 @dataclass(frozen=True)
 class Doubt:
-    """A question about the input, or a possible mistake in it.
+    """A question about the input, or a remark on it.
 
     If ``as_written`` is not among the answers, the user cannot confirm the input, so it must be corrected.
     """
@@ -41,19 +41,13 @@ class Doubt:
 
     The value is None if only the user can give it. The value of ``as_written`` confirms the input."""
     cells: tuple[str, ...] = ()  # Cells ("B7"), rows ("7") or columns ("B") that are doubtful
-    stops: bool = False  # True if the answer may change all readings, as another unit would
+    is_remark: bool = False
+    """True if the doubt is only shown, and the sheet is read: a text or a mark beside the readings, or a reading that
+    may be a slip. Any other doubt changes what all numbers mean, so it must be answered before the sheet is read."""
 
     @property
     def can_be_confirmed(self) -> bool:
         return CONFIRMS in self.answers
-
-    @property
-    def is_open(self) -> bool:
-        """True if the user must answer before the sheet is read.
-
-        This is so if the input cannot be confirmed, or if the answer may change all readings.
-        """
-        return self.stops or not self.can_be_confirmed
 
     @property
     def columns(self) -> tuple[str, ...]:

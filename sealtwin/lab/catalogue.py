@@ -28,7 +28,7 @@ RECORD = "record.json"  # File in each trial's folder that lists the files and s
 RUN = "run"  # Folder with the results of a trial's run, in the trial's folder
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
-    "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
+    "readings_sha256", "dialect", "remarks", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
 REPORT_S = 4.0  # Time in s to compare a run with its readings and to draw its report, on one core
 REMEDY = "Move this file elsewhere, and ingest the same folders again: it is rebuilt from all records and pairing.csv."
@@ -47,7 +47,7 @@ class Record:
     date: str | None
     operator: str | None
     said: Mapping[str, Any]  # Settings in the sample's notes, by dotted key
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  # Remarks on the sheet of readings
     ingested_utc: str
     trial_sha256: str = ""  # SHA-256 hash of trial.toml when it was written
     sound: bool = True  # False if there are open questions, or if writing the trial was interrupted
@@ -136,7 +136,8 @@ def write_table(lab: Path) -> None:
         row = {
             **vars(record),
             "sample": record.name,
-            "state": "not sound" if reasons else "taken in",
+            "remarks": len(record.remarks),
+            "state": "asked" if reasons else "taken in",
             "data": record.said.get("photo.data"),
             "depth_mm": "along the crack" if isinstance(depth, list) else depth,
             "reason": " ".join(reasons) or None,
@@ -148,7 +149,7 @@ def write_table(lab: Path) -> None:
             row |= {file.role: file.original, f"{file.role}_sha256": file.sha256}
         rows.append(row)
     for fault in (fault for faults_of_file in faults.values() for fault in faults_of_file):
-        rows.append({"sample": fault.name, "state": "failed", "reason": fault.sentence})
+        rows.append({"sample": fault.name, "state": "failed" if fault.is_fault else "asked", "reason": fault.sentence})
     files.write_sheet(lab / TABLE, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
 
 

@@ -104,7 +104,7 @@ class KeptFile:
 class CatalogueFault:
     name: str  # Name of the sample, or of a file that belongs to no sample
     sentence: str
-    can_be_confirmed: bool = False  # True for a doubt about readings, which the user can confirm
+    is_fault: bool = True  # True if a file cannot be used, False for a question to the user
 
 
 def place_of(file: PurePath) -> FilePlace | None:

@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path, PurePath
 
 from sealtwin.core import files
+from sealtwin.core.doubts import Doubt, Location
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
@@ -46,7 +47,7 @@ class Ingested:
     def faults(self) -> list[CatalogueFault]:
         """Faults of samples, of files without a sample, and of lost files."""
         faults = [
-            CatalogueFault(sample.name, sentence, question.can_be_confirmed)
+            CatalogueFault(sample.name, sentence, question.is_fault)
             for sample in self.samples
             for sentence, question in sample.questions.items()
         ]
@@ -265,6 +266,9 @@ def _omitted(sample: LabSample) -> dict[str, None]:
 
 def _check(sample: LabSample, row: TracedRow) -> None:
     """Add questions about faults that prevent the run of a traced trial, and about doubtful readings."""
+    if row.status == "asked":
+        sample.ask(Doubt("crack", Location(sample.files["photo"][0]), row.reason, answers={"crack": None}))
+        return
     if row.status != "ok":
         sample.fault(row.reason)
         return

@@ -35,7 +35,8 @@ from validate.readings.words import sample_key
 from validate.settings import Declared
 
 Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
-"""State of a sample's trial after an ingest. It is "failed" if there are questions about the sample."""
+"""What became of a sample's trial in an ingest. It is "failed" if there were questions before the photo was traced."""
+FAULT = "fault"  # Kind of a doubt about a file that cannot be used
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
 ORIGIN = 'write data = "measured" (or "reconstructed", "synthetic")'
 NEEDED = {
@@ -73,10 +74,10 @@ ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
 @dataclass(frozen=True)
 class SampleQuestion:
-    """Files in whose rows of the pairing file a question is written, and whether the user can confirm the input."""
+    """Files in whose rows of the pairing file a question is written, and whether a file cannot be used at all."""
 
     rows: frozenset[PurePath]
-    can_be_confirmed: bool
+    is_fault: bool
 
 
 @dataclass
@@ -94,7 +95,10 @@ class LabSample:
     fate: Fate = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
-    remarks: list[str] = field(default_factory=list)
+    remarks: dict[str, None] = field(default_factory=dict)
+    """Remarks on the sheet of readings, each once and in their order. They hold nothing up."""
+
+    assumed: str = ""  # Sentence with what was assumed
     trial: Trial | None = None  # None if the settings cannot be used
     stand_ins: dict[str, Any] = field(default_factory=dict)  # Temporary values of required settings that are missing
     dialect: str | None = None  # How the sheet of readings was interpreted, as a sentence. None if it was not read
@@ -112,7 +116,7 @@ class LabSample:
         return files[0] if len(files) == 1 else None
 
     def ask(self, *doubts: Doubt, rows: Iterable[PurePath] = ()) -> None:
-        """Add questions. Each is written to the row of its file in the pairing file, or to the rows of ``rows``.
+        """Add remarks and questions. A question is written to the row of its file in the pairing file, or to ``rows``.
 
         If the file has no row, the question is written to the row of the first file: the photo, if there is one.
         """
@@ -121,14 +125,17 @@ class LabSample:
         paths |= {self.trial_folder / raw.kept_as: PurePath(raw.original) for raw in self.raw}
         for doubt in doubts:
             file = paths.get(Path(doubt.where.file), doubt.where.file)
+            if doubt.is_remark:
+                self.remarks[doubt.in_words("pairing", f"{file}")] = None
+                continue
             of_doubt = frozenset(rows) or frozenset([file if file in files else files[0]])
-            self.questions[doubt.in_words("pairing", f"{file}")] = SampleQuestion(of_doubt, doubt.can_be_confirmed)
+            self.questions[doubt.in_words("pairing", f"{file}")] = SampleQuestion(of_doubt, doubt.kind == FAULT)
             self.columns |= {column if column in ANSWERS else SETTINGS for column in doubt.columns or (SETTINGS,)}
 
     def fault(self, finding: str, remedy: str = "", file: PurePath | None = None) -> None:
         """Add a question about a fault of a file. Default: the photo, or the first file if there is no photo."""
         file = file or next(chain(*self.files.values()))
-        self.ask(Doubt("fault", Location(file), finding, remedy))
+        self.ask(Doubt(FAULT, Location(file), finding, remedy))
 
     def refuse(self, fault: InputError, file: PurePath | None = None) -> None:
         """Add questions about an error.
@@ -148,6 +155,13 @@ class LabSample:
     def is_in_question(self, role: Role) -> bool:
         """Return True if there is a question about the file with a role."""
         return any(self.file(role) in question.rows for question in self.questions.values())
+
+    @property
+    def state(self) -> str:
+        """State of the sample for a reader: "asked" with questions alone, "failed" if a file cannot be used."""
+        if self.fate == "bug" or not self.questions:
+            return self.fate
+        return "failed" if any(question.is_fault for question in self.questions.values()) else "asked"
 
     @property
     def sheet_in_question(self) -> ReadSheet | None:
@@ -255,7 +269,7 @@ def prepare(sample: LabSample) -> None:
         sample.refuse(fault)
         return
     if assumed := ", ".join(trial.assumed_words):
-        sample.remarks.append(f"Assumed: {assumed}. Write your values into {DEFAULTS} or the sample's note.")
+        sample.assumed = f"Assumed: {assumed}. Write your values into {DEFAULTS} or the sample's note."
     if trial.crack is not None and trial.crack.fill is not None and (file := sample.file("fill")):
         try:
             trial.crack.fill.model_copy(update={"file": Path(file)}).loaded(sample.folder)

@@ -38,7 +38,7 @@ class TracedRow:
     """Result of one photo. Lengths and volumes are None if the photo failed. A path without walls has only a length."""
 
     folder: str
-    status: str  # "ok", "failed", or "bug"
+    status: str  # "ok", "asked" if the user must choose the crack, "failed", or "bug"
     mean_width_mm: float | None = None
     length_mm: float | None = None
     depth_mm: float | None = None
@@ -73,6 +73,8 @@ def trace_all(
 
 
 def _trace(item: PlannedTrace, lab: Path) -> TracedRow:
+    from digitise.crack_path.find_path import RivalCracksError
+
     folder = lab / item.folder
     try:
         with open_folder(folder, create=True) as opened:
@@ -81,6 +83,8 @@ def _trace(item: PlannedTrace, lab: Path) -> TracedRow:
             done = run_stages(start_job(trial, item.trial.parent, opened, "cpu", Progress()), ("digitise",))
         (folder / FAULT).unlink(missing_ok=True)
         return _done(item, folder, present(done.result.sample, "sample"))
+    except RivalCracksError as rivals:
+        return _failed(item, str(rivals), "asked")
     except SealtwinError as fault:
         return _failed(item, str(fault))
     except OSError as fault:

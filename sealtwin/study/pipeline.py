@@ -139,15 +139,13 @@ def _bring_seeds_up_to_date(job: Job) -> bool:
 
 
 def check_run(job: Job) -> Profile | None:
-    """Check a trial as a run does before its first frame, and return the readings with the doubts about them.
+    """Check a trial as a run does before its first frame, and return the readings with the remarks on them.
 
-    Digitises first if needed. If there is a simulated level, the readings are checked with it. Raises the same
-    InputError as a run.
+    Digitises first if needed. Raises the same InputError as a run.
     """
     digitise_stage.bring_up_to_date(job)
     require_solid(job)
-    simulated = record_files.read_profile(job.path) if "simulate" in job.folder.finished() else None
-    readings = validate_stage.readings_of(job, simulated)
+    readings = validate_stage.readings_of(job)
     simulate_stage.check(job)
     return readings
 

@@ -170,7 +170,8 @@ def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
     except InputError as fault:
         picture = job.path / REFUSED
         files.write_png(picture, draw())
-        raise InputError(f"{fault} Look at {display_path(picture)}.") from None
+        fault.args = (f"{fault} Look at {display_path(picture)}.",)
+        raise
 
 
 def _hashes_of_sample(trial: Trial, source: Path) -> dict[str, str]:

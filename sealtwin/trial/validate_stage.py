@@ -28,7 +28,8 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
-from validate.result import COMPARISON, PREDICTION, Evidence, ReadingsSheet, SeedRuns, provenance
+from validate.result import COMPARISON, PREDICTION, SHOWN_REMARKS, Evidence, ReadingsSheet, SeedRuns, provenance
+from validate.units import counted
 
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
@@ -84,7 +85,7 @@ def bring_up_to_date(job: Job) -> bool:
     run, (profile, seeds) = record_files.read_run(job.path), read_level(job)
     with files.reading_stage_file(job.path / "simulation.json"):
         ratio = record_files.read_simulation(job.path).volume_ratio
-    readings = readings_of(job, profile)
+    readings = readings_of(job)
     job.progress.start("Validating", 2)
     if readings is not None:
         job.progress.note(f"Readings: {readings.dialect}.")
@@ -194,32 +195,16 @@ def read_spread(job: Job) -> "Spread | None":
         return replace(Spread.of(files.read_json(job.path / SPREAD)), mean_of=job.trial.seeds or 1)
 
 
-def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
-    """Return the trial's readings, or None if it has no readings.
-
-    Doubts about the readings follow from a comparison with the crack, the dispensed volume and, if given, the simulated
-    level. Raises InputError if the sheet cannot be read, or if it contradicts a declared error.
-    """
+def readings_of(job: Job) -> Profile | None:
+    """Return the trial's readings, or None if it has no readings. Raises InputError if they cannot be read."""
     if job.trial.readings is None or job.sheet is None:
         return None
-    from digitise.trajectory import volume_warnings
     from validate.readings.read_readings import read_readings
     from validate.readings.reading_checks import Filling
-    from validate.uncertainty.contradictions import refuse_contradicted
 
     outline, solid = _crack(job)
-    # Readings are compared with the dispensed volume only if that volume is declared.
-    declared = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
-    sealant_mm3 = record_files.read_trajectory(job.path).dispensed_mm3
-    if simulated is not None and (
-        record_files.read_simulation(job.path).doubts or volume_warnings(sealant_mm3, solid.cavity_volume_mm3)
-    ):
-        simulated = None  # A level from doubtful settings cannot show that readings are wrong
-    left = 1 - (job.trial.readings.shrinkage_percent or 0.0) / 100
-    filling = Filling(outline, solid, left * sealant_mm3 if declared else 0.0, simulated)
-    readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling, job.progress)
-    refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
-    return readings
+    limits_mm = outline.length_mm, solid.depth_mm
+    return read_readings(job.sheet, job.trial.readings, *limits_mm, Filling(outline, solid), job.progress)
 
 
 def _crack(job: Job) -> tuple[Outline, Solid]:
@@ -234,9 +219,15 @@ def _read_crack(folder: Path, _: tuple[str, ...]) -> tuple[Outline, Solid]:
 
 
 def note_doubts(job: Job, readings: Profile) -> None:
-    """Show each doubt about the readings as a warning."""
+    """Show each doubt about the readings as a warning, and all remarks on them as one."""
+    remarks = [f"{question}" for question in readings.questions if question.is_remark]
     for question in readings.questions:
-        job.progress.warn(doubt("readings.doubt", f"{question}", question.kind), "warning")
+        if not question.is_remark:
+            job.progress.warn(doubt("readings.doubt", f"{question}", question.kind), "warning")
+    if remarks:
+        more = f" {COMPARISON} has them all." if len(remarks) > SHOWN_REMARKS else ""
+        text = f"{counted(len(remarks), 'remark')} on the readings: {' '.join(remarks[:SHOWN_REMARKS])}{more}"
+        job.progress.warn(doubt("readings.remarks", text, len(remarks)), "warning")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:

@@ -1,8 +1,8 @@
-"""Texts next to the numbers of a sheet: they are either plainly harmless, or quoted in one question.
+"""Texts next to the numbers of a sheet: they are either plainly harmless, or each is quoted as a remark.
 
 Plainly harmless is the name of the sample, a date, and a label with a name or number behind it, such as
-"Operator: J. Smith". Any other word leads to the question. Marks of cells, such as a strike, and names of columns that
-may change readings also lead to questions. The words are in ``words.toml``.
+"Operator: J. Smith". Any other words are a remark. Marks of cells, such as a strike, are remarks too. Names of columns
+that may change readings, and merged cells, lead to questions. The words are in ``words.toml``.
 """
 
 import re
@@ -48,10 +48,8 @@ SIGN = re.compile(
     r"(?!(?:\u043b\u0438\u0441\u0442|\u5de5\u4f5c\u8868|\u30b7\u30fc\u30c8|\uc2dc\ud2b8)\d)"
     r"[\u0370-\u1fff\u3040-\uffff]"
 )
-MAX_QUOTED, LONGEST_QUOTED = 60, 400  # Largest number of quoted texts of a sheet, and of characters in each
-REMEDY = "If it does, write what it says into other answers (unit, direction, datum, end of s, skip); then confirm it."
-NAMES, RANGE = "names", "range"
-"""Entries of as_written: for the names of file and worksheet, and for all texts outside the range."""
+LONGEST_QUOTED = 400  # Largest number of characters of a remark that are quoted
+MAX_COLOURED = 0.2  # Largest fraction of the rows whose colour is a mark of these rows, and not the sheet's design
 ANOTHER = re.compile(r"(?!(?i:ark))[A-Za-z]{1,3}[ _-]?[0-9]+\w?")
 """Possible name of another sample. Ark1 is the usual name of a Danish worksheet."""
 LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat, possibly after a word, or a letter
@@ -60,60 +58,52 @@ LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat, possi
 class Text(NamedTuple):
     """A text next to the readings."""
 
-    answer: str  # Entry of as_written that confirms the text
     text: str
-    where: str
+    part: str  # Cell, or another part of the file
+    is_cell: bool = True
 
 
-def ask_about_rest(table: Table, rows: ReadRows) -> None:
-    """Ask once about the texts that may change the readings, and once about each kind of mark on cells that are read.
+def remark_beside(table: Table, rows: ReadRows) -> None:
+    """Add a remark for each text that may change the readings, and for cells with marks. Ask about merged cells.
 
     The name of the sample is harmless.
     """
     _ask_about_names(table)
     sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
-    texts += _names(table.grid, table.declared.sample)
-    texts = [text for text in texts if not table.confirms(text.answer)]
-    if texts:
-        alike = dict[str, list[str]]()
-        for text in sorted(texts, key=lambda text: not changes(text.text)):
-            alike.setdefault(text.text, []).append(f"{text.where} {quoted(text.text, LONGEST_QUOTED)}")
-        # Each text is shown, those with a word that may change readings first; of equal ones the first.
-        confirms = sorted({text.answer for text in texts})
-        finding = f"does this change the readings? {listed([*map(listed, alike.values())], MAX_QUOTED)}."
-        stops = any(changes(text.text) for text in texts if text.answer != NAMES)
-        table.ask("remark", finding, REMEDY, {CONFIRMS: confirms}, confirms, stops=stops)
-    _ask_about_marks(table, rows)
+    remarks = dict[str, list[Text]]()
+    for text in (*texts, *_names(table.grid, table.declared.sample)):
+        if not table.confirms(text.part):
+            remarks.setdefault(text.text, []).append(text)
+    # Texts with a word that may change readings come first, since a page shows only some of them.
+    for text, alike in sorted(remarks.items(), key=lambda remark: not changes(remark[0])):
+        parts = [remark.part for remark in alike]
+        cells = [remark.part for remark in alike if remark.is_cell]
+        table.remark("remark", f"{listed(parts)} has the remark {quoted(text, LONGEST_QUOTED)}.", cells)
+    _remark_marks(table, rows)
 
 
 def _texts(table: Table, rows: ReadRows, sample: str) -> Iterator[Text]:
     """Yield the texts outside the header and the readings of a sheet, comments, and other texts in the file."""
-    grid, (columns_inside, rows_inside) = table.grid, table.span
-
-    def text_of(row: int, column: int, text: str, before_cell: str = "") -> Text:
-        is_inside = column in columns_inside and (row in rows_inside or row in table.header.rows)
-        cell = f"{letters(column)}{row}"
-        return Text(cell if is_inside or not table.confirms(RANGE) else RANGE, text, before_cell + cell)
-
+    grid, (_, rows_inside) = table.grid, table.span
     numbers = {column for row in table.body for column, cell in grid.rows[row].items() if numeric(cell)}
     samples = {k for k, column in table.others.items() if column.role is Role.SAMPLE}
     for row, cells in grid.rows.items():
         if row in rows.read or row in table.header.rows:
             for column, cell in cells.items():
                 if cell.text and _may_change(table, row, column, numbers, sample):
-                    yield text_of(row, column, cell.text)
+                    yield Text(cell.text, f"{letters(column)}{row}")
         elif row not in rows.passed and not {Role.STATION, Role.READING} <= roles_in(cells.values()):
             filled = [column for column, cell in cells.items() if cell.text]
             # The name of a sample beside numbers is that of another one.
             words = {column for column in filled if not numeric(cells[column])}
             words -= samples if len(words) < len(filled) else set()
             if words or (filled and rows_inside.start <= row < table.header.first):
-                yield text_of(row, filled[0], " ".join(cells[column].text for column in filled))
+                yield Text(" ".join(cells[column].text for column in filled), f"{letters(filled[0])}{row}")
     for row, column, text in grid.comments:
-        yield text_of(row, column, text, "comment in ")
-    for where, text in grid.elsewhere:
-        yield Text("worksheets", text, where)
+        yield Text(text, f"{letters(column)}{row}")
+    for part, text in grid.elsewhere:
+        yield Text(text, part, is_cell=False)
 
 
 def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: str) -> bool:
@@ -139,7 +129,7 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
         # "P02" in the file of P01 is another sample.
         is_other = is_sample and ANOTHER.fullmatch(name) and sample_key(name) != sample_key(sample or grid.path.stem)
         if is_other or (len(name.strip()) > 1 and changes(name)):
-            yield Text(NAMES, name, kind)
+            yield Text(name, kind, is_cell=False)
 
 
 def _ask_about_names(table: Table) -> None:
@@ -150,24 +140,32 @@ def _ask_about_names(table: Table) -> None:
             remedy = "Write lengths into the sheet, and what the name says (unit, datum, end of s) into other answers."
             finding = f"does {quoted(text)} change the readings, or is it not a length?"
             row, answer = max(table.header.rows, default=1), [letters(column)]
-            table.ask("name", finding, remedy, {CONFIRMS: answer}, answer, row, stops=True)
+            table.ask("name", finding, remedy, {CONFIRMS: answer}, answer, row)
 
 
-def _ask_about_marks(table: Table, rows: ReadRows) -> None:
-    """Ask about readings that are struck through, hidden, or coloured unlike most of their column."""
-    grid, answers = table.grid, list[str]()
+def _remark_marks(table: Table, rows: ReadRows) -> None:
+    """Remark readings that are struck through, hidden, or coloured unlike others. Ask about merged readings."""
+    grid, marked, merged = table.grid, list[str](), list[str]()
     for column in table.used:
         if column.index in grid.hidden_columns or any(table.cell(row, column).is_struck for row in table.header.rows):
-            answers.append(column.letters)
+            marked.append(column.letters)
             continue
         cells = {row: table.cell(row, column) for row in rows.read if f"{column.letters}{row}" not in table.chosen.skip}
-        usual = Counter(cell.colours for cell in cells.values()).most_common(1)
+        usual, count = Counter(cell.colours for cell in cells.values()).most_common(1)[0] if cells else ("", 0)
+        coloured = len(cells) - count <= MAX_COLOURED * len(cells)
         for row, cell in sorted(cells.items()):
-            if cell.is_struck or row in grid.hidden_rows or cell.colours != usual[0][0]:
-                answers.append(f"{column.letters}{row}")
-    if answers:
-        finding = f"struck through, hidden or coloured unlike the others, but read: {listed(answers)}."
-        table.ask("marked", finding, "Skip rows or cells that do not count.", {CONFIRMS: answers}, answers)
+            name = f"{column.letters}{row}"
+            if cell.is_struck or row in grid.hidden_rows or (coloured and cell.colours != usual):
+                marked.append(name)
+            if column.role is Role.READING and (row, column.index) in grid.merged and not table.confirms(name):
+                merged.append(name)
+    if marked := [cell for cell in marked if not table.confirms(cell)]:
+        table.remark(
+            "marked", f"{listed(marked)} struck through, hidden or coloured unlike the others, but read.", marked
+        )
+    if merged:
+        finding = f"{listed(merged)} is merged with cells below, whose stations would have no reading."
+        table.ask("merged", finding, "Write each reading into its own cell.", {CONFIRMS: merged}, merged)
 
 
 def changes(text: str) -> bool:

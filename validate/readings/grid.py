@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
+from operator import itemgetter
 from pathlib import Path
 from typing import Literal, NamedTuple, Self
 
@@ -40,6 +41,9 @@ OTHER_FORMAT = re.compile(
 SEPARATORS: dict[Separator | None, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
 """Separators. If two fit equally well, the first one is taken, because text contains commas, but rarely tabs."""
 UTF_16_MARKS = b"\xff\xfe", b"\xfe\xff"
+COMMENT = re.compile(r"^[ \t]*(?:#|//|%)+[ \t]*", re.MULTILINE)
+"""Signs of a comment at the begin of a line. Programs write a header, notes and names behind them."""
+KANA = re.compile(r"[\u3041-\u30fe]{2}")  # Japanese letters, each of which has two bytes in Shift-JIS
 SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNORECASE)
 """First line such as "sep=;", which tells Excel the separator."""
 
@@ -69,6 +73,9 @@ class Grid:
     sheet: str | None = None  # Name of a workbook's sheet
     is_hidden: bool = False
     comments: list[tuple[int, int, str]] = field(default_factory=list)  # Row from 1, column from 0, and text
+    merged: set[tuple[int, int]] = field(default_factory=set)
+    """First cells of merged cells over several rows, each as row from 1 and column from 0."""
+
     hidden_rows: set[int] = field(default_factory=set)
     hidden_columns: set[int] = field(default_factory=set)
     elsewhere: list[tuple[str, str]] = field(default_factory=list)
@@ -195,12 +202,15 @@ def _content(path: Path) -> bytes:
 def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
     """Return the rows of a CSV by line number. Raises SheetFaults if it is not a table."""
     text, encoding = _decoded(path, content)
+    text = COMMENT.sub("", text)
     if "\0" in text:
         finding = "the file has NUL bytes: a logger lost power, or the text is UTF-16 without its mark."
         raise refused(path, finding, "Save it as 'CSV UTF-8', and check for lost readings.")
     if (stated := SEPARATOR_LINE.match(text)) is not None:
         text = "\n" + text[stated.end() :]
-    mark = SEPARATORS.get(separator) or (stated and stated[1]) or _likeliest(text)
+    mark = SEPARATORS.get(separator) or (stated and stated[1])
+    parted = "" if mark else _parted_by_blanks(text)
+    text, mark = parted or text, mark or ("\t" if parted else _likeliest(text))
     try:
         lines = _fields(text, mark)
     except csv.Error as fault:
@@ -213,7 +223,8 @@ def _read_text(path: Path, content: bytes, separator: Separator | None) -> Grid:
             where = Location(Path(as_text(path)), f"line {line}")
             raise refused(where, finding, "Delete both marks, or the line breaks between them.")
         rows[line] = {column: Cell(text) for column, text in enumerate(fields) if text}
-    return Grid(path, ("CSV", encoding, {"\t": "tabs", ";": "semicolons", ",": "commas"}[mark]), rows, mark)
+    names = {"\t": "blanks" if parted else "tabs", ";": "semicolons", ",": "commas"}
+    return Grid(path, ("CSV", encoding, names[mark]), rows, mark)
 
 
 def _decoded(path: Path, content: bytes) -> tuple[str, str]:
@@ -222,8 +233,27 @@ def _decoded(path: Path, content: bytes) -> tuple[str, str]:
     codecs = {"UTF-8": "utf-8-sig", "Windows-1252": "cp1252"}
     for name, codec in {"UTF-16": "utf-16"}.items() if content.startswith(UTF_16_MARKS) else codecs.items():
         with suppress(UnicodeDecodeError):
-            return content.decode(codec), name
+            text = content.decode(codec)
+            if name == "Windows-1252" and KANA.search(content.decode("cp932", "replace")):
+                raise refused(path, "the text is in Shift-JIS.", "Save the sheet as 'CSV UTF-8' or XLSX.")
+            return text, name
     raise refused(path, "the text is not in UTF-8, UTF-16 or Windows-1252.", "Save the sheet as 'CSV UTF-8' or XLSX.")
+
+
+def _parted_by_blanks(text: str) -> str:
+    """Return the text with tabs between its columns if blanks part most lines into numbers, else "".
+
+    A line with as many parts as the numbers, or with as many parts between several blanks, is parted too.
+    """
+    lines = [line.strip() for line in text.split("\n")]
+    rows = [
+        parts for line in lines if all(number(part) is not None for part in line.split()) and (parts := line.split())
+    ]
+    width, count = max(Counter(map(len, rows)).items(), key=itemgetter(1), default=(0, 0))
+    if "\t" in text or width < 2 or 2 * count <= sum(map(bool, lines)):
+        return ""
+    ways = ((re.split(r"\s{2,}", line), re.split(r"(?<=[\])])\s+", line), line.split(), [line]) for line in lines)
+    return "\n".join("\t".join(next((way for way in of_line if len(way) == width), of_line[-1])) for of_line in ways)
 
 
 def _likeliest(text: str) -> str:

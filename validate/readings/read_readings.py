@@ -10,11 +10,11 @@ from sealtwin.core.doubts import CONFIRMS, Doubt, ReadSheet
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
-from validate.readings.beside import ask_about_rest
+from validate.readings.beside import remark_beside
 from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed, read_grid
 from validate.readings.reading_checks import Filling, SheetAndCrack, check_readings
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
-from validate.readings.table import WAYS, Table, find_table
+from validate.readings.table import WAYS, Table, find_table, numeric
 from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
@@ -81,7 +81,7 @@ def readings_of(
     has_levels = has_places and not table.is_open("quantity")
     if depth_mm is not None and has_places:
         check_in_crack(table, cells, length_mm, depth_mm if has_levels else None)
-    ask_about_rest(table, rows)
+    remark_beside(table, rows)
     if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
         sheet = SheetAndCrack(cells, depth_mm, length_mm, filling)
@@ -91,7 +91,7 @@ def readings_of(
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
     questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
     understood = _understood(table, rows)
-    if any(doubt.is_open for doubt in questions):
+    if not all(doubt.is_remark for doubt in questions):
         raise SheetFaults(questions, understood)
     return Profile(
         cells.s_mm,
@@ -149,7 +149,10 @@ def _dialect(table: Table, rows: ReadRows) -> str:
     missing = (f"{counted(blank, 'reading')} missing",) if blank else ()
     skipped = [entry if isinstance(entry, str) else f"row {entry}" for entry in table.chosen.skip]
     named = (f"skipped: {listed(skipped)}",) if skipped else ()
-    return "; ".join((", ".join((*table.grid.written, *mark)), repeats, counting, *missing, *named))
+    numbers = {column for row in table.body for column, cell in table.part[row].items() if numeric(cell)}
+    unused = sorted(numbers - {column.index for column in table.used})
+    unread = (f"not read: {table.named(unused)}",) if unused else ()
+    return "; ".join((", ".join((*table.grid.written, *mark)), repeats, counting, *missing, *named, *unread))
 
 
 def _understood(table: Table, rows: ReadRows) -> ReadSheet:

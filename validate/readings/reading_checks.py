@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sealtwin.core.doubts import CONFIRMS, Doubt, Location
-from sealtwin.core.records import Floats, Integers, Outline, Profile, Solid
+from sealtwin.core.records import Booleans, Floats, Integers, Outline, Profile, Solid
 from validate.metrics.volumes import fill_volumes
 from validate.readings.grid import letters
 
@@ -17,9 +17,13 @@ from validate.readings.grid import letters
 # questions more correct sheets.
 MIN_SPREAD_MM = 0.02  # Smallest sd, since nobody repeats a reading more closely than a caliper's limit of error
 USUAL_SPREAD_MM = 0.5  # sd that is assumed if there are too few readings to estimate it
-ROUNDING_MM = 1e-6  # Tolerance for two equal means, above the error of binary fractions
-CHANCE = 7e-3  # A row or column is the mean of the others if chance would make it so less often than this
-PLACE_MM = 0.07  # Rounding error of the position in a row of means
+CHANCE = 1e-6  # Readings are copies if chance would make them equal less often than this
+FEWEST_COPIED = 3  # Smallest number of stations in a copied block
+FEWEST_SHIFTED = 8  # Smallest number of stations of a shifted repeat
+SHIFTED = 0.35  # A repeat is shifted if moving it by a station reduces its mean distance to less than this fraction
+JUMPS = ((-1.0, 3.0, "with the opposite sign"), (10.0, 2.0, "in centimetres"))
+"""Factors that may explain a jump of the level, each with the smallest jump in mm and its words."""
+LEFT = 0.1  # Largest fraction of a jump that its factor may leave
 COMPARED = 5  # Smallest number of stations at which repeats are compared
 FAR_MM = 1.0  # A repeat farther than this from the median at half of its stations is suspicious
 SCATTER_SD = 5.4  # Scatter of a station's readings above which its outer readings are suspicious
@@ -30,44 +34,25 @@ PEAK_MM = 15.0  # Distance from both neighbours above which any station is suspi
 SPAN = 0.2  # Fraction of the crack's length below which the span of all positions is suspicious
 COUNTED = 0.5  # Same fraction of the length, for positions that only count 1, 2, 3
 ABOVE_MM = 1.5  # Mean height above the face that is suspicious, because paste does not stay so high
-HIGH_MM = 3.0  # Height above the face that is suspicious if a quarter of the stations exceed it
-FLOOR = 0.1  # Fraction of the depth by which a floor may be uneven, or 1 mm if that is more
 TENTH = 0.13  # Fraction of the depth that contains all readings if centimetres were entered as mm
 STEADY_MM = 0.033  # Spread of repeats too small for mm read by hand, but usual for cm entered as mm
 FINEST_MM = 0.0015  # Last digit in mm that a caliper does not show, but cm with three decimals entered as mm do
-COVERED = 0.8  # Volumes are compared if the outer stations are at least this fraction of the crack apart
-VOLUME_OFF = 0.14  # Smallest |ln| of the ratio of volumes that is suspicious
-VOLUME_MET = 0.4  # A mistake explains the ratio if its correction leaves less than this fraction of the logarithm
-OFFSET_MM = 2.5  # Smallest constant offset that a volume can show
-OFFSET_SHARE = 0.12  # Smallest constant offset that a volume can show, as a fraction of the depth
-NEARER, NEARER_MM = 0.6, 0.8
-"""The direction of s is suspicious if reversing it reduces the distance from the simulated level to less than this
-fraction, and by more than this many mm."""
-TURNED = (("sign", -1.0, "with the opposite sign"), ("unit", 10.0, "in centimetres"))
-"""Mistakes that multiply all levels by a factor: kind, factor and words."""
 
 REMEDIES = {
     "outlier": "Correct it, or clear it if it stands for a missing reading.",
-    "mean row": "Remove it from the table.",
     "repeat": "Remove it from the repeats.",
     "span": "Correct the unit in the header; a position is a distance in mm, not a count of stations.",
     "unit": "Correct the unit in the header.",
     "sign": "Correct the header: level counts upward from the face, depth downward.",
-    "datum": "Measure from the face.",
-    "direction": "Change the end of the crack at which s is 0.",
 }
 REMEDIES_OF_SCANS = {
     "unit": "Correct the unit of the heights.",
     "sign": "Correct readings.placement.up, the axis that points out of the face.",
-    "datum": "Correct the unit of the heights, or the depth of the crack.",
-    "direction": "Turn the scan by 180 degrees, or name points.",
 }
-ANSWERS: dict[str, dict[str, Any]] = {
-    "span": {CONFIRMS: ["unit"]},
-    "datum": {"datum": None, "datum_level_mm": None},
-    "direction": {"columns.s_from": "second"},
-}
+ANSWERS: dict[str, dict[str, Any]] = {"span": {CONFIRMS: ["unit"]}}
 """Answers to doubts of some kinds, in addition to the cells or the kind itself."""
+REMARKS = ("outlier", "repeat")
+"""Kinds of doubts about some readings. All other kinds change what every reading means, so they must be answered."""
 ALL = slice(None)
 
 
@@ -97,12 +82,10 @@ class ReadCells:
 
 @dataclass(frozen=True)
 class Filling:
-    """The crack, the dispensed volume, and the simulated level if there is one."""
+    """The crack, which gives the volume below a level."""
 
     outline: Outline
     solid: Solid
-    volume_mm3: float = 0.0  # 0 if it is unknown
-    simulated: Profile | None = None
 
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
         """Return the volume of sealant below a level. Beyond the outer stations, the level is taken as constant."""
@@ -157,7 +140,8 @@ def check_readings(
             kind_of_part = "row" if j is ALL else "column" if i is ALL else "cell"
             part = [f"{kind_of_part} {', '.join(names)}"] if names else []
             of_cells = where._replace(part=", ".join(filter(None, (where.part, *part))))
-            doubts.setdefault(names or kind, Doubt(kind, of_cells, sentence, remedies[kind], answers, names))
+            is_remark = kind in REMARKS
+            doubts.setdefault(names or kind, Doubt(kind, of_cells, sentence, remedies[kind], answers, names, is_remark))
         sheet = sheet._replace(cells=replace(sheet.cells, readings_mm=readings_mm))
     return list(doubts.values())
 
@@ -167,7 +151,7 @@ def check_scan(s_mm: Floats, level_mm: Floats, filling: Filling, where: Location
     nowhere = np.zeros((len(s_mm), 1), dtype=int)
     cells = ReadCells(s_mm, level_mm[:, None], nowhere, nowhere[0], np.ones((len(s_mm), 1)))
     sheet = SheetAndCrack(cells, filling.solid.depth_mm, filling.outline.length_mm, filling)
-    return check_readings(sheet, where, (impossible_levels, other_volume, other_direction), REMEDIES_OF_SCANS)
+    return check_readings(sheet, where, (impossible_levels,), REMEDIES_OF_SCANS)
 
 
 def _names(cells: ReadCells, i: Any, j: Any) -> tuple[str, ...]:
@@ -203,18 +187,6 @@ def spread_mm(readings_mm: Floats) -> float:
     return max(MIN_SPREAD_MM, 0.6 * off_mm[off_mm > 0].min(initial=1.0), 1.48 * float(np.median(off_mm)))
 
 
-def _mean_chances(values_mm: Floats, digits_mm: Floats, sd_mm: float) -> Floats:
-    """Return the probability that a row is the mean of all others by chance, (n,). Infinite for other rows."""
-    read = ~np.isnan(values_mm)
-    count = np.maximum(read.sum(axis=0), 1)
-    # A mean of the others is the mean of all too.
-    off_mm = np.abs(values_mm - np.nansum(values_mm, axis=0) / count)
-    half_mm = 0.5 * digits_mm.min(axis=1) + ROUNDING_MM
-    compared = read & (count > 2)
-    agree = (off_mm <= half_mm[:, None]) | ~compared
-    return np.where(agree.all(axis=1), np.minimum(1.0, half_mm / sd_mm) ** compared.sum(axis=1), np.inf)
-
-
 def short_spans(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield a finding if all positions are in a small part of the crack."""
     s_mm, length_mm = sheet.cells.s_mm, sheet.length_mm
@@ -224,32 +196,63 @@ def short_spans(sheet: SheetAndCrack) -> Iterator[Finding]:
             yield Finding("span", f"all positions are within {span_mm:.3g} mm; the crack is {length_mm:.3g} mm long.")
 
 
-def mean_rows(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield the row that is the mean of all other rows in every column."""
-    values_mm, s_mm, rows = sheet.cells.readings_mm, sheet.cells.s_mm, sheet.cells.rows.min(axis=1)
-    chance = _mean_chances(values_mm, sheet.cells.digits_mm, spread_mm(values_mm))
-    # A row that is out of the order of s and has the mean position is a row of means, however few columns show it.
-    is_moved = (np.roll(rows, 1) - rows) * (rows - np.roll(rows, -1)) < 0
-    is_moved &= np.abs(s_mm - s_mm.mean()) < PLACE_MM
-    for i in np.flatnonzero(chance < np.where(is_moved, np.inf, CHANCE))[:1].tolist():
-        yield Finding("mean row", f"the row at s = {s_mm[i]:g} mm is the mean of all others in every column.", i)
+def copies(sheet: SheetAndCrack) -> Iterator[Finding]:
+    """Yield repeats that equal another repeat, and stations that equal others, so often that it cannot be chance."""
+    # Another 0 does not confirm a 0.
+    s_mm, values_mm = sheet.cells.s_mm, np.where(sheet.cells.readings_mm == 0, np.nan, sheet.cells.readings_mm)
+    # Probability that two readings of one level are equal, for a normal distribution and the finest difference.
+    digit_mm = np.diff(np.unique(values_mm[~np.isnan(values_mm)])).min(initial=1.0)
+    equal = min(1.0, 0.28 * float(digit_mm) / spread_mm(values_mm))
+    count, repeats = values_mm.shape
+    for j in range(1, repeats):
+        for other in range(j):
+            begin, end = _longest_run(values_mm[:, j] == values_mm[:, other])
+            if end - begin >= COMPARED and equal ** (end - begin) < CHANCE:
+                sentence = f"this repeat equals another at all of {end - begin} stations from s = {s_mm[begin]:g} mm."
+                yield Finding("repeat", sentence, j=[j])
+                break
+    for shift in range(1, count):
+        same = ((values_mm[shift:] == values_mm[:-shift]) | np.isnan(values_mm[shift:])).all(axis=1)
+        begin, end = _longest_run(same)
+        if end - begin >= FEWEST_COPIED and equal ** ((end - begin) * repeats) < CHANCE:
+            first = begin + shift
+            sentence = (
+                f"{end - begin} stations from s = {s_mm[first]:g} mm have the readings of those from {s_mm[begin]:g}."
+            )
+            yield Finding("repeat", sentence, first)
 
 
-def copied_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield repeats that are copies of another repeat."""
+def _longest_run(which: Booleans) -> tuple[int, int]:
+    """Return the begin and the end of the longest run of True values. Returns (0, 0) if there is none."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], which, [0]]))).reshape(-1, 2).tolist()
+    return max(((begin, end) for begin, end in edges), key=lambda run: run[1] - run[0], default=(0, 0))
+
+
+def shifted_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
+    """Yield the repeat that is much nearer to the others if it is moved by one station."""
     values_mm = sheet.cells.readings_mm
-    for j in range(1, values_mm.shape[1]):
-        off_mm = np.abs(values_mm[:, :j] - values_mm[:, [j]])
-        if (((off_mm == 0).sum(axis=0) >= COMPARED) & ~(off_mm > 0).any(axis=0)).any():
-            yield Finding("repeat", "this repeat is a copy of another, reading by reading.", j=[j])
+    if len(values_mm) < FEWEST_SHIFTED or values_mm.shape[1] < 2:
+        return
+    best = 1.0, 0
+    for j in range(values_mm.shape[1]):
+        others_mm = row_medians(np.delete(values_mm, j, axis=1))
+        away_mm = _mean_distance_mm(values_mm[:, j], others_mm)
+        moved_mm = min(
+            _mean_distance_mm(a, b) for a, b in ((values_mm[1:, j], others_mm[:-1]), (values_mm[:-1, j], others_mm[1:]))
+        )
+        best = min(best, (moved_mm / max(away_mm, MIN_SPREAD_MM), j))
+    if best[0] < SHIFTED:
+        yield Finding("repeat", "this repeat is far nearer to the others if it is moved by one station.", j=[best[1]])
 
 
-def mean_and_far_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield the repeat that is the mean of all others, and the repeat that is far from the others at most stations."""
+def _mean_distance_mm(first_mm: Floats, second_mm: Floats) -> float:
+    off_mm = np.abs(first_mm - second_mm)
+    return float(np.mean(off_mm[~np.isnan(off_mm)])) if not np.isnan(off_mm).all() else np.inf
+
+
+def far_columns(sheet: SheetAndCrack) -> Iterator[Finding]:
+    """Yield the repeat that is far from the others at most stations."""
     values_mm = sheet.cells.readings_mm
-    chance = _mean_chances(values_mm.T, sheet.cells.digits_mm.T, spread_mm(values_mm))
-    for j in np.flatnonzero(chance < CHANCE)[:1].tolist():
-        yield Finding("repeat", "this repeat is the mean of all others at every station.", j=[j])
     far_mm = np.nan_to_num(row_medians(np.abs(values_mm - row_medians(values_mm)[:, None]).T))
     # Of two repeats that differ, either may be wrong: one question, about the second, is enough.
     if far_mm.max() > FAR_MM and len(values_mm) >= COMPARED:
@@ -290,17 +293,25 @@ def outliers(sheet: SheetAndCrack) -> Iterator[Finding]:
         yield Finding("outlier", sentence, i, j)
 
 
+def jumps(sheet: SheetAndCrack) -> Iterator[Finding]:
+    """Yield a station at which the level jumps, but would not if the stations from it on had another sign or unit."""
+    s_mm, level_mm = sheet.profile_mm()
+    step_mm = np.abs(np.diff(level_mm))
+    last = 1 + int(step_mm.argmax()) if len(step_mm) else 0
+    for factor, least_mm, words in JUMPS if last else ():
+        jump_mm = step_mm[last - 1]
+        if jump_mm > least_mm and abs(factor * level_mm[last] - level_mm[last - 1]) < LEFT * jump_mm:
+            sentence = f"the level jumps by {jump_mm:.2g} mm here. From here on {words}, it would not."
+            yield Finding("outlier", sentence, int(np.searchsorted(sheet.cells.s_mm, s_mm[last])))
+
+
 def impossible_levels(sheet: SheetAndCrack) -> Iterator[Finding]:
     """Yield a finding if paste does not form such levels, or if they are unlikely for the depth of the crack."""
     (_, level_mm), depth_mm = sheet.profile_mm(), sheet.depth_mm or np.nan
     if not level_mm.size:
         return
-    mean_mm, high_mm = level_mm.mean(), np.quantile(level_mm, 0.75)
-    if mean_mm > ABOVE_MM or high_mm > HIGH_MM:
-        sentence = f"the readings are {mean_mm:.3g} mm above the face on average, a quarter of them over {high_mm:.3g}."
-        yield Finding("sign" if mean_mm > ABOVE_MM else "datum", sentence)
-    if (below_mm := -level_mm.min() - depth_mm) > max(1.0, FLOOR * depth_mm):
-        yield Finding("datum", f"the deepest station is {below_mm:.3g} mm below the crack's floor.")
+    if (mean_mm := level_mm.mean()) > ABOVE_MM:
+        yield Finding("sign", f"the readings are {mean_mm:.3g} mm above the face on average.")
     within_mm, readings_mm = np.abs(level_mm).max(), sheet.cells.readings_mm
     is_fine = np.median(sheet.cells.digits_mm) < FINEST_MM
     is_fine |= readings_mm.shape[1] > 1 and spread_mm(readings_mm) < STEADY_MM
@@ -308,53 +319,13 @@ def impossible_levels(sheet: SheetAndCrack) -> Iterator[Finding]:
         yield Finding("unit", f"all readings are within {within_mm:.3g} mm of the face: they may be in centimetres.")
 
 
-def other_volume(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield the change of sign, unit or datum that makes the volume below the readings equal the dispensed volume."""
-    (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
-    if filling is None or filling.volume_mm3 <= 0 or not s_mm.size:
-        return
-    if np.ptp(s_mm) < COVERED * filling.outline.length_mm:
-        return
-
-    def off(level_mm: Floats) -> float:
-        return np.log(max(filling.held_mm3(s_mm, level_mm), 1.0) / filling.volume_mm3)
-
-    if abs(as_read := off(level_mm)) < VOLUME_OFF:
-        return
-    volumes = f"the volume below the readings is {np.exp(as_read):.2f} times the dispensed volume"
-    for kind, factor, words in TURNED:
-        other = off(factor * level_mm)
-        if abs(other) < VOLUME_MET * abs(as_read) and (factor * level_mm).max() < HIGH_MM:
-            yield Finding(kind, f"{volumes}; {words}, it would be {np.exp(other):.2f} times.")
-            return
-    offsets_mm = filling.solid.depth_mm * np.linspace(-1, 1, 25)
-    offset_mm = np.interp(0.0, [off(level_mm + offset) for offset in offsets_mm], offsets_mm, 0.0, 0.0)
-    if abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * filling.solid.depth_mm):
-        yield Finding("datum", f"{volumes}; the readings may be {-offset_mm:+.2g} mm off.")
-
-
-def other_direction(sheet: SheetAndCrack) -> Iterator[Finding]:
-    """Yield a finding if the readings are much closer to the simulated level with s from the other end."""
-    (s_mm, level_mm), filling = sheet.profile_mm(), sheet.filling
-    if filling is None or (run := filling.simulated) is None or len(s_mm) < 4:
-        return
-    places_mm = np.stack([s_mm, filling.outline.length_mm - s_mm])
-    errors_mm = np.interp(places_mm, run.s_mm, run.level_mm) - level_mm
-    # A constant offset contains no information about the direction of s.
-    read_mm, turned_mm = np.abs(errors_mm - np.median(errors_mm, axis=1, keepdims=True)).mean(axis=1)
-    if turned_mm < NEARER * read_mm and read_mm - turned_mm > NEARER_MM:
-        sentence = f"the readings are {read_mm:.2g} mm from the simulated level; with s reversed, {turned_mm:.2g}."
-        yield Finding("direction", sentence)
-
-
 CHECKS = (
     short_spans,
-    mean_rows,
-    copied_columns,
-    mean_and_far_columns,
+    copies,
+    far_columns,
+    shifted_columns,
     outliers,
+    jumps,
     impossible_levels,
-    other_volume,
-    other_direction,
 )
 """All checks, in order. A reading that one check finds suspicious is treated as missing by the next ones."""

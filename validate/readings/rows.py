@@ -173,7 +173,7 @@ def _ask_about_order(table: Table, by_s: Mapping[float, Mapping[str, Reading]]) 
     if cells := [cell for cell in cells if not table.confirms(cell)]:
         finding = f"the positions are out of order at {listed(cells)}."
         remedy = "Correct them, or confirm them, if the stations were read in this order."
-        table.ask("order", finding, remedy, {CONFIRMS: cells}, cells, stops=True)
+        table.ask("order", finding, remedy, {CONFIRMS: cells}, cells)
 
 
 def _has_readings(table: Table, row: int) -> bool:
@@ -216,12 +216,12 @@ def _readings(table: Table, numbers: _Numbers, stations: dict[int, Cell]) -> dic
     if blank:
         remedy = "If these are repeats of the position above, confirm it. Otherwise write a position into every row."
         answers = {CONFIRMS: ["repeats"], **skipping(table, blank)}
-        table.ask("place", f"{listed(blank)}: the readings have no position.", remedy, answers, blank, stops=True)
+        table.ask("place", f"{listed(blank)}: the readings have no position.", remedy, answers, blank)
     if twice:
         finding = f"the positions in {listed(twice)} occur twice, or with the same number of a repeat."
         remedy = "Correct them, or name the column that numbers the repeats (repeat)."
         answers = {CONFIRMS: ["repeats"]} if repeat is None else skipping(table, twice)
-        table.ask("twice", finding, remedy, answers, twice, stops=True)
+        table.ask("twice", finding, remedy, answers, twice)
     return {
         s_mm: readings
         for s_mm, readings in sorted(by_s.items(), key=itemgetter(0))

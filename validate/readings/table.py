@@ -96,14 +96,16 @@ class Table:
         answers: Mapping[str, Any] | None = None,
         cells: Sequence[str] = (),
         row: int | None = None,
-        *,
-        stops: bool = False,
     ) -> None:
         """Add a question about the sheet or one of its rows.
 
         If ``answers`` has the key ``as_written``, a user can confirm the text as it is.
         """
-        self.doubts.append(Doubt(kind, self.grid.location(row), finding, remedy, answers or {}, tuple(cells), stops))
+        self.doubts.append(Doubt(kind, self.grid.location(row), finding, remedy, answers or {}, tuple(cells)))
+
+    def remark(self, kind: str, finding: str, cells: Sequence[str] = ()) -> None:
+        """Add a remark, which needs no answer. ``as_written`` with its cells removes it."""
+        self.doubts.append(Doubt(kind, self.grid.location(), finding, cells=tuple(cells), is_remark=True))
 
     def confirms(self, entry: str) -> bool:
         """Return whether ``as_written`` confirms an entry: a cell, the cell's row or the cell's column."""
@@ -112,7 +114,7 @@ class Table:
 
     def is_open(self, *kinds: str) -> bool:
         """Return whether a question of one of these kinds must be answered. Without kinds, any question counts."""
-        return any(doubt.is_open and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
+        return any(not doubt.is_remark and (not kinds or doubt.kind in kinds) for doubt in self.doubts)
 
     def column(self, index: int, role: Role) -> Column:
         return Column(index, role, parsed(self.header.names.get(index, "")).unit, self.what(index).quantity)
@@ -120,6 +122,12 @@ class Table:
     def what(self, column: int) -> Meaning:
         """Return the role, unit and direction that a column's name states."""
         return meaning(self.header.names.get(column, "")) or Meaning(Role.OTHER)
+
+    def is_index(self, column: int) -> bool:
+        """Return whether a column under an unknown name counts the rows from 0 or 1, as programs write it."""
+        texts = [cell.text for row in self.body if (cell := self.grid.cell(row, column)).text]
+        counts = ([f"{first + count}" for count in range(len(texts))] for first in (0, 1))
+        return bool(self.header.rows) and len(texts) > 2 and texts in counts
 
     def named(self, columns: Sequence[int]) -> str:
         names = self.header.names
@@ -166,9 +174,10 @@ def find_header(part: Rows, top: int) -> Header:
             if names := _names_if_header([part[row] for row in header]):
                 return Header(tuple(header), names, max(header[-1] + 1, top))
     # Without known names, the header is the rows of texts above the first row with numbers.
-    first = next((row for row in rows[start:] if _has_numbers(part[row])), rows[start] if start < end else top)
+    data = [row for row in rows[start:] if _has_numbers(part[row]) and not _counts_repeats(part, row)]
+    first = next(iter(data), rows[start] if start < end else top)
     above = reversed(range(first - MAX_ROWS, first))
-    texts = takewhile(lambda row: len(part.get(row, ())) > 1 and not _has_numbers(part[row]), above)
+    texts = takewhile(lambda row: len(part.get(row, ())) > 1 and row not in data, above)
     header = tuple(texts)[::-1]
     return Header(header, _names_of([part[row] for row in header]), first)
 
@@ -216,6 +225,12 @@ def _has_numbers(cells: Mapping[int, Cell]) -> bool:
     return sum(are_numbers) > max(1, len(are_numbers) / 2)
 
 
+def _counts_repeats(part: Rows, row: int) -> bool:
+    """Return whether a row counts 1, 2, 3 below names, and has nothing in the first column."""
+    above, texts = part.get(row - 1, {}), [cell.text for cell in part[row].values()]
+    return bool(above) and min(above) < min(part[row]) and texts == [f"{1 + count}" for count in range(len(texts))]
+
+
 @lru_cache(maxsize=50_000)
 def numeric(cell: Cell) -> tuple[str, str] | None:
     """Return the number of a cell and the unit after it, both as text. Returns None for any other cell."""
@@ -242,8 +257,7 @@ def _end_before_next_table(table: Table) -> None:
 
 
 def _ask_for_range(table: Table, finding: str, rows: str | None = None) -> None:
-    remedy = 'Name the cells of the table of this sample, such as "A2:D18", or sort rows of several samples in a copy. '
-    remedy += 'as_written = ["range"] confirms all texts outside.'
+    remedy = 'Name the cells of the table of this sample, such as "A2:D18", or sort rows of several samples in a copy.'
     table.ask("range", finding, remedy, {"columns.range": rows})
 
 
@@ -263,6 +277,7 @@ def _set_columns(table: Table) -> None:
         repeats = [column for column in repeats if column not in readings and len(readings) == 1]
     unknown = [column for column in numbers if column not in {*meanings, *stations, *readings, *repeats}]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
+    unknown = [column for column in unknown if not table.is_index(column)]
     if not readings and not unknown:
         # A column named only "Messung" contains the readings, unless another column contains them. It then counts
         # repeats.
@@ -272,7 +287,7 @@ def _set_columns(table: Table) -> None:
             _ask_about_samples(table, column)
     if problems := [*_problems(table, stations, readings, repeats, unknown)]:
         table.is_guessed = not (stations and readings)
-        stations, readings = _guessed_columns(table, stations, readings, unknown or numbers, f"{'; '.join(problems)}.")
+        stations, readings = _guessed_columns(table, stations, readings, unknown, numbers, f"{'; '.join(problems)}.")
         repeats = []
         # Another column may be the answer: its name is asked about in the same round.
         table.unclear = sorted({*unknown} - {*stations, *readings})
@@ -318,9 +333,15 @@ def _problems(
 
 
 def _guessed_columns(
-    table: Table, stations: list[int], readings: list[int], likely: Sequence[int], finding: str
+    table: Table,
+    stations: list[int],
+    readings: list[int],
+    unknown: Sequence[int],
+    numbers: Sequence[int],
+    finding: str,
 ) -> tuple[list[int], list[int]]:
     """Return the most likely columns, and ask for the right ones."""
+    likely = unknown or numbers
     beside = [column for column in readings if stations[1:] and column < stations[1]]
     if beside and beside != readings:
         _ask_for_range(table, f"{finding} Are there several tables?")
@@ -331,7 +352,8 @@ def _guessed_columns(
     named = [column for column in readings if column not in stations]
     kinds = {column: (table.what(column).unit, table.what(column).quantity) for column in named}
     named = [column for column in named if kinds[column] == kinds[named[0]]]
-    answers["columns.levels"] = [*map(letters, named)] or None
+    # With a column of numbers under an unknown name, any proposal may lose readings.
+    answers["columns.levels"] = [*map(letters, named)] if named and not unknown else None
     remedy = "Name the columns of positions and readings by their letters. Transpose a table of rows in a copy."
     table.ask("columns", finding, remedy, answers)
     return stations, named or [column for column in likely if column not in stations]

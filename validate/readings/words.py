@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
 from importlib.resources import files as resources
+from itertools import pairwise
 from typing import NamedTuple
 
 from validate.settings import Decimal, Quantity
@@ -24,11 +25,12 @@ MISSING = frozenset(WORDS["missing"]["words"].split())
 COLUMNS = {kind: frozenset(words.split()) for kind, words in WORDS["columns"].items()}
 STATION, REPEAT, VALUE, COUNTER, SAMPLE = (COLUMNS[k] for k in ("station", "repeat", "value", "counter", "sample"))
 DOWNWARD, HEIGHT, CALCULATED, FACE = (COLUMNS[k] for k in ("downward", "height", "calculated", "face"))
+UPWARD = COLUMNS["level"]
 DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
 OTHER = CALCULATED | COLUMNS["notes"] | COLUMNS["other"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[k] for k in ("beside_station", "beside_reading"))
 OF_READING |= FACE
-RELATIVE = COLUMNS["relative"]
+RELATIVE, SURFACE, TOWARD = (COLUMNS[k] for k in ("relative", "surface", "toward"))
 OF_SAMPLE = SAMPLE | COUNTER | COLUMNS["beside_sample"]
 READING = DEPTH | LEVEL | REPEAT | VALUE
 
@@ -43,6 +45,9 @@ FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD
 UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
 HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
+ZERO = re.compile(r"0\s*=\s*([^\W\d_][^,;()\[\]=+]*)")
+POSITIVE = re.compile(r"\+\s*([^\W\d_][^,;()\[\]=+]*)|([^\W\d_]+)\s*\+")
+"""Parts of a legend such as "(0 = sample face, + up)"."""
 REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
 """A special character, or a unit in brackets that is unknown or only a 1."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
@@ -93,6 +98,8 @@ def parsed(name: str) -> Name:
     plain = plain_letters(name[: LONGEST_NAME + 1])
     is_sound = len(plain) <= LONGEST_NAME and not any(unicodedata.category(letter) == "No" for letter in name)
     plain = ELIDED.sub("", HYPHEN.sub(" ", plain))
+    plain = ZERO.sub(lambda zero: " " if _is_of(zero[1], FACE, OF_READING | SAMPLE) else zero[0], plain)
+    plain = POSITIVE.sub(_upward, plain)
     units = set[str]()
     is_sound = is_sound and FACTOR.search(plain) is None
     if INCH.search(plain) is None:
@@ -105,6 +112,17 @@ def parsed(name: str) -> Name:
     return Name(plain, next(iter(units)) if len(units) == 1 else None, is_sound and len(units) < 2)
 
 
+def _upward(sign: re.Match[str]) -> str:
+    """Return "up" for a legend such as "+ up", and any other text as it is."""
+    return " up " if _is_of(sign[1] or sign[2], UPWARD, UPWARD | OF_READING | TOWARD) else sign[0]
+
+
+def _is_of(text: str, words: frozenset[str], beside: frozenset[str]) -> bool:
+    """Return whether a text in plain letters has one of ``words``, and only words of ``beside``."""
+    of_text = {*WORD.findall(text)}
+    return bool(of_text & words) and of_text <= beside
+
+
 @lru_cache(maxsize=4096)
 def meaning(name: str) -> Meaning | None:
     """Return the meaning of a column's name. Returns None if the name has an unknown word or mark."""
@@ -115,11 +133,15 @@ def meaning(name: str) -> Meaning | None:
         return Meaning(Role.SAMPLE) if is_sound else None
     if words & OTHER or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
         return Meaning(Role.OTHER, unit)
-    if in_parts.has_rest or (words & SAMPLE and numbers):
+    # A number behind the sample's name belongs to it, as in "depth of sample 1".
+    is_numbered = any(name in SAMPLE and behind.isdigit() for name, behind in pairwise(parts))
+    if in_parts.has_rest or is_numbered:
         return None
     if words & COLUMNS["axis"] and unit in MM:
         words = words - COLUMNS["axis"] | {"s"}
-    if words & FACE:
+    if words & DEPTH:
+        words -= TOWARD
+    if words & (FACE | SURFACE):
         # A height over the face is that of the sealant's surface; without a face it may be its thickness.
         words -= RELATIVE | (set() if words & STATION else COLUMNS["sealant"])
     if words & STATION:

@@ -20,7 +20,7 @@ from defusedxml.ElementTree import fromstring
 from openpyxl.comments.comment_sheet import CommentSheet
 from openpyxl.packaging.relationship import get_dependents, get_rels_path
 from openpyxl.styles.numbers import BUILTIN_FORMATS, BUILTIN_FORMATS_MAX_SIZE
-from openpyxl.utils.cell import coordinate_to_tuple
+from openpyxl.utils.cell import coordinate_to_tuple, range_boundaries
 from openpyxl.utils.escape import unescape
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.xml.constants import COMMENTS_NS
@@ -107,6 +107,12 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
                 is_formula=cell["formula"],
                 is_struck=look.is_struck or any(block.font.strike for block in blocks),
             )
+    merged: Any = getattr(parser, "merged_cells", None)
+    for cells in merged.mergeCell if merged else ():
+        bounds: Any = range_boundaries(cells.ref)
+        left, top, _, bottom = bounds
+        if top < bottom:
+            sheet.merged.add((top, left - 1))
     sheet.hidden_rows.update(int(row) for row, dimension in parser.row_dimensions.items() if HIDDEN & dimension.items())
     for dimension in parser.column_dimensions.values():
         if HIDDEN & dimension.items():

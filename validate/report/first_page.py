@@ -6,10 +6,10 @@ from sealtwin.core.records import Floats
 from validate.comparison import Comparison
 from validate.metrics.curve_distances import level_difference
 from validate.report.report_facts import faults, freezing, not_measured, parts_of, walls
-from validate.result import ErrorBar, Evidence, FirstPage, Tile
+from validate.result import SHOWN_REMARKS, ErrorBar, Evidence, FirstPage, Tile
 from validate.run_facts import mean_sentence
 from validate.sentences import sentence, tile
-from validate.units import signed
+from validate.units import counted, signed
 
 FLUSH_MM = 0.5  # Distance from the face up to which the level is called flush
 
@@ -55,6 +55,9 @@ def _where_off(evidence: Evidence) -> str:
 def _labels(evidence: Evidence) -> tuple[tuple[str, str], ...]:
     """Return the warnings of the first page. All cautions after the first are shown below the page."""
     labels = [("Check first:", fault.text) for fault in faults(evidence)[:1]]
+    questions = () if evidence.readings is None else evidence.readings.questions
+    if remarks := [question.finding for question in questions if question.is_remark]:
+        labels.append((f"{counted(len(remarks), 'remark')} on the readings:", " ".join(remarks[:SHOWN_REMARKS])))
     if evidence.comparison is not None and not evidence.comparison.basis.enough_readings:
         labels.append(("Verdict:", evidence.comparison.headline[0].text))
     if kinds := not_measured(evidence):

@@ -88,7 +88,7 @@ def faults(evidence: Evidence) -> Facts:
     questions = () if evidence.readings is None else evidence.readings.questions
     return (
         *((stated("files.edited", len(edited), level="fault", edited=edited),) if edited else ()),
-        *(doubt("readings.doubt", f"{question}", question.kind) for question in questions if not question.cells),
+        *(doubt("readings.doubt", f"{question}", question.kind) for question in questions if not question.is_remark),
         *run_warnings(evidence.run, evidence.volume_ratio, evidence.seeds),
         *(() if weighed is None else weighed.findings),
     )

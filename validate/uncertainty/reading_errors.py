@@ -22,14 +22,8 @@ from validate.uncertainty.budget import (
     normals,
     uniforms,
 )
-from validate.uncertainty.contradictions import (
-    RESOLUTION_LIMIT,
-    passes_error,
-    refuse_contradicted,
-    repeats_of,
-    without_passes,
-)
 from validate.uncertainty.meniscus import Mouth
+from validate.uncertainty.repeats import RESOLUTION_LIMIT, passes_error, repeats_of, without_passes
 
 OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
@@ -55,13 +49,9 @@ is sharp, in the middle and equal to the whole difference in height, and half of
 
 
 def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth: Mouth) -> Budget:
-    """Return the budget for readings of a crack with this mouth.
-
-    Raises InputError for a declared error that the readings contradict.
-    """
+    """Return the budget for readings of a crack with this mouth."""
     if measured.scan is not None:
         return budget_of_scan(measured.scan, settings.limit_mm)
-    refuse_contradicted(measured, settings, declared)
     s_mm, stations = measured.s_mm, len(measured.s_mm)
     draws = draws_for(stations)
     repeats_mm, residual_mm = repeats_of(measured)

@@ -41,7 +41,7 @@ def test_the_catalogue_has_a_row_for_each_sample_including_failed_samples(lab):
         rows = {row["sample"]: row for row in csv.DictReader(opened)}
     assert len(rows) == 3
     assert (rows["P02"]["date"], rows["P02"]["operator"], rows["P02"]["depth_mm"]) == ("2026-05-03", "A. Muster", "8")
-    assert rows["P05"]["state"] == "failed"
+    assert rows["P05"]["state"] == "asked"
     assert rows["P05"]["reason"].startswith("P05/photo.png, P05/side.png: 2 files")
     assert (rows["P01"]["revision"], rows["P01"]["mean_error_mm"], rows["P01"]["result"]) == (
         "2",

@@ -81,13 +81,16 @@ def test_photos_without_a_sheet_give_a_question_if_a_sheet_has_no_photo(names, w
 
 
 def test_answers_in_pairing_csv_are_applied_and_kept(small, tmp_path):
-    """A file name that may contain a unit of the readings is questioned in the same round as its photo."""
     lab, unchanged = tmp_path / "lab", {"P01": "unchanged", "P02": "unchanged"}
     (small / "P02_Messung.csv").rename(small / "Q02 inch.csv")
     assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "failed", "Q02 inch": "failed"}
-    assert "as_written = names" in question(lab, "Q02 inch.csv")
-    answer(lab, {"Q02 inch.csv": {"sample": "p-02", "as_written": "names"}})
-    assert fates(ingest(small, lab, QUIET)) == unchanged | {"P02": "revised"}
+    answer(lab, {"Q02 inch.csv": {"sample": "p-02"}})
+    ingested = ingest(small, lab, QUIET)
+    assert fates(ingested) == unchanged | {"P02": "revised"}
+    assert [[*sample.remarks] for sample in ingested.samples] == [
+        [],
+        ["Q02 inch.csv: name of the file has the remark 'Q02 inch'."],
+    ]
     assert fates(ingest(small, lab, QUIET)) == unchanged
     # A German spreadsheet saves the table so; the rows are in another order.
     head, *rows = (lab / "pairing.csv").read_text().replace(",", ";").splitlines()

@@ -4,7 +4,6 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -12,14 +11,13 @@ from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import RunFolder
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import load_trial
-from sealtwin.trial.validate_stage import ORIGIN, RECORD, keep_origin, readings_of, sheet_of
+from sealtwin.trial.validate_stage import ORIGIN, RECORD, keep_origin, sheet_of
 from tests.support.paths import FIXTURE
 from tests.support.report_stubs import leave_out_pages
-from tests.support.tiny_study import job_in, run_tiny
+from tests.support.tiny_study import run_tiny
 
 
 @pytest.fixture
@@ -87,30 +85,3 @@ def test_a_doubtful_reading_gives_a_warning_until_the_trial_confirms_the_cell(ru
     trial = run / "trial.toml"
     trial.write_text(trial.read_text().replace("[readings]\n", '[readings]\nas_written = ["C3"]\n'))
     assert "cell C3" not in _warnings(run)
-
-
-def test_readings_are_compared_with_the_dispensed_volume_only_if_the_volume_is_given(run):
-    """By default the volume is that of the cavity, and the dispensed volume is then unknown."""
-    (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
-    with job_in(run) as job:
-        unsaid = job.trial.model_copy(update={"path": job.trial.path.model_copy(update={"volume_ml": "cavity"})})
-        shrunk = present(job.trial.readings, "readings").model_copy(
-            update={"state": "cured", "shrinkage_percent": 50.0}
-        )
-        cured = job.trial.model_copy(update={"readings": shrunk})
-        ratios = [
-            [doubt.finding.split()[6] for doubt in present(readings_of(each), "readings").questions]
-            for each in (job, replace(job, trial=cured), replace(job, trial=unsaid))
-        ]
-        assert ratios == [["2.74"], ["5.48"], []]
-
-
-def test_readings_are_not_doubted_if_the_level_is_from_doubtful_settings(run):
-    turned, simulation = Profile(np.array([0.0, 14.2]), np.array([0.0, -6.0])), run / "simulation.json"
-    (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n1,-5\n4,-4\n7,-3\n10,-2\n13,-1\n")
-    with job_in(run) as job:
-        for directions in (1, 0):
-            readings = present(readings_of(job, turned), "readings")
-            assert sum(doubt.kind == "direction" for doubt in readings.questions) == directions
-            doubts = '{"doubts": [{"key": "density", "text": "is it in g/cm3?"}],'
-            simulation.write_text(simulation.read_text().replace("{", doubts, 1))

@@ -89,7 +89,7 @@ def test_a_file_that_is_not_a_table_is_refused_with_the_reason(grid_of, tmp_path
     with pytest.raises(SheetFaults) as caught:
         grid_of(content)
     (doubt,) = caught.value.doubts
-    assert doubt.is_open
+    assert not doubt.is_remark
     assert doubt.where.file == tmp_path / "a.csv"
     assert words in str(doubt)
     assert len(str(doubt)) < 3_000

@@ -114,7 +114,7 @@ def test_texts_of_other_sheets_headers_and_footers_are_listed_with_their_locatio
 def test_several_sheets_with_tables_give_one_question(first, read):
     def question(sheet: str | None = None) -> str:
         (doubt,) = read(sheet).doubts
-        assert (doubt.kind, doubt.answers, doubt.is_open) == ("sheet", {"sheet": None}, True)
+        assert (doubt.kind, doubt.answers, doubt.is_remark) == ("sheet", {"sheet": None}, False)
         return doubt.finding
 
     second = first.parent.copy_worksheet(first)

@@ -29,7 +29,7 @@ NAMES = {
     Meaning(Role.SAMPLE): "Muestra Nº|Sample ID|Prüfkörper Nr.",
     Meaning(Role.OTHER, "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
     Meaning(Role.OTHER): "Nr.|Feuchte [%]|Temperatur 2 [°C]|Temp. [°C/°F]|relative Luftfeuchtigkeit [%]|"
-    "Station Nr|Opérateur|Anmärkning|Observações|備考",
+    "Station Nr|Opérateur|Bemerkung",
 }
 # The depth of the crack is not that of the sealant, and a sign or a factor may change readings.
 UNKNOWN = (

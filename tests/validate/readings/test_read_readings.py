@@ -1,13 +1,16 @@
 """Caliper sheets: their readings, and refusals with file, cell, value and remedy."""
 
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from sealtwin.core.doubts import Doubt
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
+from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import grid_of_rows, read_readings, readings_of
 from validate.readings.rows import LONGEST_MM
 from validate.settings import Readings
@@ -38,6 +41,13 @@ def take(table: Floats, settings: Readings = SETTINGS) -> Profile:
     """Read rows of numbers as those of a sheet."""
     head = ["s_mm", *(f"level_{k}_mm" for k in range(1, table.shape[1]))]
     return readings_of(grid_of_rows("caliper.csv", [head, *table.tolist()]), settings, 80.0, 16.0)
+
+
+def doubts_of(reader: Callable[[], Profile]) -> Sequence[Doubt]:
+    try:
+        return reader().questions
+    except SheetFaults as faults:
+        return faults.doubts
 
 
 @pytest.mark.parametrize(
@@ -73,11 +83,11 @@ def test_an_array_gives_the_same_doubts_as_a_file_with_its_numbers(sheet, change
     change(repeats_mm)
     table = np.round(np.column_stack([np.arange(0.0, 81.0, 10.0), repeats_mm]), 3)
     lines = [",".join(f"{value:g}" for value in row) for row in table]
-    profile, of_file = take(table), read(sheet("\n".join(["s_mm,level_1_mm,level_2_mm,level_3_mm", *lines])))
-    assert [doubt.finding for doubt in profile.questions] == [doubt.finding for doubt in of_file.questions] != []
-    assert any(doubt.answers["as_written"] == [answer] for doubt in profile.questions)
-    answered = take(table, SETTINGS.model_copy(update={"as_written": (answer,)}))
-    assert len(answered.doubts) == len(profile.doubts) - 1
+    text, confirmed = "\n".join(["s_mm,level_1_mm,level_2_mm,level_3_mm", *lines]), {"as_written": (answer,)}
+    of_array, of_file = doubts_of(lambda: take(table)), doubts_of(lambda: read(sheet(text)))
+    assert [doubt.finding for doubt in of_array] == [doubt.finding for doubt in of_file] != []
+    assert any(doubt.answers["as_written"] == [answer] for doubt in of_array)
+    assert len(take(table, SETTINGS.model_copy(update=confirmed)).doubts) == len(of_array) - 1
 
 
 @pytest.mark.parametrize(

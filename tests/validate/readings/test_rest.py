@@ -1,4 +1,4 @@
-"""Cells besides header, positions and readings: harmless, or quoted once with the entry that confirms them."""
+"""Cells besides header, positions and readings: harmless, or quoted as remarks, with which the sheet is read."""
 
 from typing import Any
 
@@ -49,13 +49,15 @@ def test_a_text_that_changes_no_reading_gives_no_question(read, text):
 
 
 @pytest.mark.parametrize(("text", "entries"), ASKED.values(), ids=ASKED)
-def test_a_text_that_may_change_readings_gives_one_question(read, doubts_of, text, entries):
-    """An entry confirms a cell, its row or its column. The question is answered if all cells are confirmed."""
-    (doubt,) = doubts_of(text)
-    assert (doubt.kind, doubt.answers) == ("remark", {"as_written": entries})
+def test_a_text_that_may_change_readings_is_a_remark_and_the_sheet_is_read(read, text, entries):
+    """Equal texts are one remark. An entry of as_written removes a cell, its row or its column from the remarks."""
+    doubts = read(text).questions
+    assert {doubt.kind for doubt in doubts} == {"remark"}
+    assert all(doubt.is_remark for doubt in doubts)
+    assert sorted(cell for doubt in doubts for cell in doubt.cells) == entries
     assert read(text, as_written=tuple(entries)).questions == ()
     assert read(text, as_written=tuple({entry.strip("0123456789") for entry in entries})).questions == ()
-    assert [left.answers for left in doubts_of(text, as_written=("Z9", *entries[1:]))] == [{"as_written": entries[:1]}]
+    assert [left.cells for left in read(text, as_written=("Z9", *entries[1:])).questions] == [(entries[0],)]
     if entries[0][1:]:
         assert read(text, as_written=tuple(entry[1:] for entry in entries)).questions == ()
 
@@ -67,7 +69,7 @@ def _colour(sheet: Any, *cells: str) -> None:
 
 WORKBOOKS = {
     "nothing": (lambda sheet: None, {}, {}),
-    "another worksheet": (lambda sheet: sheet.parent.create_sheet().append(["in cm"]), {}, {"remark": ["worksheets"]}),
+    "another worksheet": (lambda sheet: sheet.parent.create_sheet().append(["in cm"]), {}, {"remark": []}),
     "a comment": (lambda sheet: setattr(sheet["B3"], "comment", Comment("slipped", "M")), {}, {"remark": ["B3"]}),
     "struck through": (lambda sheet: setattr(sheet["B3"], "font", Font(strike=True)), {}, {"marked": ["B3"]}),
     "a name struck through": (lambda sheet: setattr(sheet["B1"], "font", Font(strike=True)), {}, {"marked": ["B"]}),
@@ -76,9 +78,9 @@ WORKBOOKS = {
     "a number on another worksheet": (
         lambda sheet: sheet.parent.create_sheet().append([5]),
         {},
-        {"remark": ["worksheets"]},
+        {"remark": []},
     ),
-    "the name of the back": (lambda sheet: setattr(sheet, "title", "Unterseite"), {}, {"remark": ["names"]}),
+    "the name of the back": (lambda sheet: setattr(sheet, "title", "Unterseite"), {}, {"remark": []}),
     "a hidden row": (lambda sheet: setattr(sheet.row_dimensions[4], "hidden", True), {}, {"marked": ["A4", "B4"]}),
     "a hidden column": (lambda sheet: setattr(sheet.column_dimensions["B"], "hidden", True), {}, {"marked": ["B"]}),
     "a red cell": (lambda sheet: _colour(sheet, "B3"), {}, {"marked": ["B3"]}),
@@ -86,28 +88,48 @@ WORKBOOKS = {
     "a red row that is skipped": (lambda sheet: _colour(sheet, "B3"), {"columns": Columns(skip=(3,))}, {}),
     "another sample's worksheet": (
         *(lambda sheet: setattr(sheet, "title", "P02"), {"sample": "P01", "name": "P01.xlsx"}),
-        {"remark": ["names"]},
+        {"remark": []},
     ),
-    "the name of the worksheet": (lambda sheet: setattr(sheet, "title", "in inch"), {}, {"remark": ["names"]}),
-    "the name of the file": (lambda sheet: None, {"name": "lab inch.xlsx"}, {"remark": ["names"]}),
+    "the name of the worksheet": (lambda sheet: setattr(sheet, "title", "in inch"), {}, {"remark": []}),
+    "the name of the file": (lambda sheet: None, {"name": "lab inch.xlsx"}, {"remark": []}),
 }
 
 
 @pytest.mark.parametrize(("change", "declared", "entries"), WORKBOOKS.values(), ids=WORKBOOKS)
-def test_marks_comments_and_names_in_a_workbook_give_questions(tmp_path, change, declared, entries):
+def test_marks_comments_and_names_in_a_workbook_are_remarks(tmp_path, change, declared, entries):
     book, declared = openpyxl.Workbook(), {**declared}
     sheet, path = book.worksheets[0], tmp_path / declared.pop("name", "lab.xlsx")
     for row in (H.split(";"), *([s, 1 + (s % 3) / 10] for s in range(0, 60, 10))):
         sheet.append(row)
     change(sheet)
     book.save(path)
-    try:
-        doubts = read_readings(path, Declared(**declared)).questions
-    except SheetFaults as faults:
-        doubts = faults.doubts
-    assert {doubt.kind: doubt.answers["as_written"] for doubt in doubts} == entries
-    confirmed = tuple(entry for doubt in doubts for entry in doubt.answers["as_written"])
-    assert not read_readings(path, Declared(**declared, as_written=confirmed)).questions
+    doubts = read_readings(path, Declared(**declared)).questions
+    assert {doubt.kind: [*doubt.cells] for doubt in doubts} == entries
+    confirmed = tuple(entry for cells in entries.values() for entry in cells) or None
+    if all(entries.values()):
+        assert not read_readings(path, Declared(**declared, as_written=confirmed)).questions
+
+
+def test_colours_on_more_than_a_fifth_of_the_rows_are_the_sheets_design(tmp_path):
+    book, path = openpyxl.Workbook(), tmp_path / "lab.xlsx"
+    for row in (H.split(";"), *([s, 1 + (s % 3) / 10] for s in range(0, 60, 10))):
+        book.worksheets[0].append(row)
+    _colour(book.worksheets[0], "B2", "B4")
+    book.save(path)
+    assert not read_readings(path, Declared()).questions
+
+
+def test_a_reading_merged_over_two_stations_is_asked_about(tmp_path):
+    """The station of the lower cell vanished without a word."""
+    book, path = openpyxl.Workbook(), tmp_path / "lab.xlsx"
+    for row in (H.split(";"), *([s, 1 + (s % 3) / 10] for s in range(0, 60, 10))):
+        book.worksheets[0].append(row)
+    book.worksheets[0].merge_cells("B4:B5")
+    book.save(path)
+    with pytest.raises(SheetFaults) as faults:
+        read_readings(path, Declared())
+    assert [(doubt.kind, doubt.cells) for doubt in faults.value.doubts] == [("merged", ("B4",))]
+    assert len(read_readings(path, Declared(as_written=("B4",))).s_mm) == 5
 
 
 S = np.arange(0, 60, 4)
@@ -163,8 +185,9 @@ def test_answers_to_all_questions_raise_no_further_questions(doubts_of, text, ki
     ranges = next((answers for kind, answers in RANGES.items() if kind in text), {}) | {"columns.skip": [16]}
     doubts = doubts_of(text, 20.0, 60.0)
     assert {doubt.kind for doubt in doubts} == kinds
-    assert all(doubt.answers for doubt in doubts)
-    assert doubts_of(text, 20.0, 60.0, **answered(doubts, own=ranges)) == ()
+    assert all(doubt.answers for doubt in doubts if doubt.kind != "remark")
+    left = doubts_of(text, 20.0, 60.0, **answered(doubts, own=ranges))
+    assert {doubt.kind for doubt in left} <= {"remark"}
 
 
 FROM_OUTSIDE = {

@@ -95,9 +95,9 @@ def test_rows_of_python_values_are_read_like_rows_of_a_sheet():
     assert [doubt.cells for doubt in caught.value.doubts] == [("B2",)]
 
 
-def test_words_behind_a_temperature_give_a_question(read):
-    with pytest.raises(SheetFaults, match=r"does this change the readings.*C2 '20 alles in cm'"):
-        read("s [mm];Tiefe [mm];Temp. [°C]\n0;1;20 alles in cm\n5;2;22 °C\n10;3;22\n")
+def test_words_behind_a_temperature_are_a_remark(read):
+    (remark,) = read("s [mm];Tiefe [mm];Temp. [°C]\n0;1;20 alles in cm\n5;2;22 °C\n10;3;22\n").questions
+    assert (remark.kind, remark.cells) == ("remark", ("C2",))
 
 
 TEXTS = ";s_mm;depth_mm;0;5;1,5;n. m.;Mittel;# x;Riss 2;1 mm;7.5;x;Probe;Wdh;2 %"
