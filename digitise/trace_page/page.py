@@ -17,8 +17,9 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from pathlib import Path
+from socket import SHUT_RDWR
 from tempfile import TemporaryDirectory
-from threading import Event, Lock, Thread
+from threading import Event, Lock, Thread, Timer
 from typing import Annotated, Any, NamedTuple, Self, cast
 
 from pydantic import Field, ValidationError
@@ -154,6 +155,7 @@ class TracePage(ThreadingHTTPServer):
             if (media_type := MEDIA_TYPES.get(entry.name[entry.name.rfind(".") :]))
         }
         self._ended, self._turning = Event(), Lock()
+        self._connections = set[Any]()
         self.saved: list[dict[str, Any]] = []
         """Results of ``save`` so far."""
         super().__init__(("127.0.0.1", port), _Visit)
@@ -166,7 +168,24 @@ class TracePage(ThreadingHTTPServer):
     def __exit__(self, *_: object) -> None:
         self._opened.session.end()
         self.shutdown()
+        # A client that sends a byte now and then would keep its thread, for which the end waits.
+        cut = Timer(SLOW_S, self._cut_connections)
+        cut.daemon = True
+        cut.start()
         self.server_close()
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        self._connections.add(request)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        self._connections.discard(request)
+        super().shutdown_request(request)
+
+    def _cut_connections(self) -> None:
+        for connection in tuple(self._connections):
+            with suppress(OSError):
+                connection.shutdown(SHUT_RDWR)
 
     @property
     def url(self) -> str:

@@ -1,5 +1,6 @@
 """Output of the commands: the result on stdout, progress on stderr, an exit code, and one message for each fault."""
 
+import errno
 import functools
 import inspect
 import io
@@ -240,7 +241,8 @@ def ending(command: Command) -> Iterator[None]:
     except OSError as fault:
         if fault.filename is None:
             raise
-        command.fail(f"{fault.filename}: {fault.strerror}. Choose a folder that can be read and written.", BAD_INPUT)
+        remedy = "Free some space" if fault.errno == errno.ENOSPC else "Choose a folder that can be read and written"
+        command.fail(f"{fault.filename}: {fault.strerror}. {remedy}.", BAD_INPUT)
     except (MemoryError, ImportError) as fault:
         # If there is too little memory to load a library, only the text of the ImportError shows it.
         if isinstance(fault, ImportError) and not NO_MEMORY.search(str(fault)):

@@ -3,6 +3,7 @@
 import atexit
 import gc
 import logging
+import signal
 import sys
 import time
 import warnings
@@ -191,6 +192,8 @@ def main() -> None:
         warnings.simplefilter("ignore")
         # Without a handler, Python prints the logs of libraries on stderr.
         logging.getLogger().addHandler(logging.NullHandler())
+    # docker stop, a cluster's scheduler and kill end a command as Ctrl-C does.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     gc.set_threshold(OBJECTS_A_COLLECTION, *gc.get_threshold()[1:])
     # Without this, Python searches all objects for cycles when it ends, which takes half a second after a run.
     atexit.register(gc.freeze)

@@ -94,7 +94,17 @@ class Catalogue:
             for path in lab.glob(f"[!.]*/{RECORD}")
         )
         self.records = sorted(records, key=lambda record: (record.key, record.revision))
-        self.latest = {record.key: record for record in self.records}  # Latest record of each sample, by its key
+        # A photo that was paired anew belongs to its newest sample. The earlier sample has no file of its own.
+        newest = dict[str, Record]()
+        for record in sorted(self.records, key=lambda record: record.ingested_utc):
+            newest |= {file.sha256: record for file in record.files if file.role == "photo"}
+        self.latest = {
+            record.key: record
+            for record in self.records
+            if record.sound or record.key in {newest[file.sha256].key for file in record.files if file.role == "photo"}
+        }
+        """Latest record of each sample, by its key."""
+
         self.content = record_files.read_record(CatalogueFile, path, REMEDY) if path.is_file() else CatalogueFile()
 
     @classmethod

@@ -61,6 +61,8 @@ POSSIBLE: Mapping[str, tuple[Role, ...]] = {
 """Roles that a file may have, by file suffix. The first role is the default."""
 TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of files with tables of numbers
 WORD = re.compile(r"[^\s._-]+")  # Pattern of a word in a file name
+CAMERA = re.compile(r"(?i)^(?:(?:img|dsc[nf]?|pxl|20\d{6}|\d{6})[\s._-]+)+(?=.*[^\W\d])")
+"""Words, dates and times that cameras write in front of a name."""
 OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
 DEFAULTS = "lab.toml"  # Name of the file at the top of a lab's folder with settings of all samples
 MAX_ENTRIES = 50_000  # Largest number of files and folders. With more, the user probably gave a disk by mistake
@@ -131,6 +133,7 @@ def place_of(file: PurePath) -> FilePlace | None:
 
 def _without_words(name: str, roles: Sequence[Role]) -> tuple[str, list[Role]]:
     """Return a name without the words at its ends that mean one of ``roles``, and the roles of these words."""
+    name = CAMERA.sub("", name)
     words = [*WORD.finditer(name)]
     meant = list[Role]()
     for end in (-1, 0):

@@ -235,14 +235,14 @@ def _write(ingested: Ingested, sample: LabSample, trial: Trial, name: str, revis
 
 
 def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
-    """Trace each trial that has a scale in its run folder, check it as its run would, and add questions about faults.
+    """Trace each trial in its run folder, check it as its run would, and add questions about faults.
 
     Samples with questions are traced too, so that all questions are asked together. A fault in one sample does not stop
     the others. Also writes a page with all traced walls and the doubtful sheets to the top of the lab.
     """
     lab, traced, planned = ingested.lab, dict[str, LabSample](), list[PlannedTrace]()
     for sample in ingested.samples:
-        if sample.record is not None and SCALE not in sample.stand_ins:
+        if sample.record is not None:
             sample.trial_folder, run = lab / sample.record.folder, f"{sample.record.folder}/{RUN}"
             traced[run] = sample
             planned.append(PlannedTrace(sample.trial_folder / TRIAL, run, _omitted(sample)))
@@ -266,6 +266,8 @@ def _omitted(sample: LabSample) -> dict[str, None]:
 
 def _check(sample: LabSample, row: TracedRow) -> None:
     """Add questions about faults that prevent the run of a traced trial, and about doubtful readings."""
+    if row.status != "asked" and SCALE in sample.stand_ins:
+        return  # Walls and lengths wait for the scale. Which line is the crack does not depend on it.
     if row.status == "asked":
         sample.ask(Doubt("crack", Location(sample.files["photo"][0]), row.reason, answers={"crack": None}))
         return

@@ -35,7 +35,7 @@ from validate.readings.words import sample_key
 from validate.settings import Declared
 
 Fate = Literal["new", "revised", "unchanged", "failed", "bug"]
-"""What became of a sample's trial in an ingest. It is "failed" if there were questions before the photo was traced."""
+"""State of a sample's trial after an ingest. It is "failed" if there were questions before the photo was traced."""
 FAULT = "fault"  # Kind of a doubt about a file that cannot be used
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
 ORIGIN = 'write data = "measured" (or "reconstructed", "synthetic")'

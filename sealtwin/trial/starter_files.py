@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.core.errors import InputError, present
-from sealtwin.core.files import write_bytes, write_unless_other
+from sealtwin.core.files import write_unless_other
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import table_of
 from sealtwin.trial.trial_file import KINDS, Kind, SettingValues, Trial, checked_trial, with_settings
@@ -82,12 +82,12 @@ def kind_of(file: Path) -> Kind:
 
 def write_example_cell(path: Path) -> None:
     """Write an example of a cell file. Raises InputError if ``path`` exists."""
-    _write_new({path: CELL.replace("{file}", path.name)}, "name")
+    write_unless_other({path: CELL.replace("{file}", path.name).encode()})
 
 
 def write_example_study(file: Path) -> None:
     """Write an example of a study file. Raises InputError if ``file`` exists."""
-    _write_new({file: STUDY.replace("{file}", str(file))}, "name")
+    write_unless_other({file: STUDY.replace("{file}", str(file)).encode()})
 
 
 def write_starter(folder: Path) -> list[Path]:
@@ -98,7 +98,9 @@ def write_starter(folder: Path) -> list[Path]:
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; give a new or existing folder.")
     trial = folder / "trial.toml"
-    return _write_new({trial: starter_text(trial), folder / SHEET: empty_sheet()}, "folder")
+    contents = {trial: starter_text(trial).encode(), folder / SHEET: empty_sheet()}
+    write_unless_other(contents)
+    return [*contents]
 
 
 def starter_text(trial: Path) -> str:
@@ -122,15 +124,6 @@ def empty_sheet() -> bytes:
     sheet.freeze_panes = "A2"
     book.save(content)
     return content.getvalue()
-
-
-def _write_new(contents: Mapping[Path, str | bytes], other: str) -> list[Path]:
-    for path in contents:
-        if path.exists():
-            raise InputError(f"{path}: already exists and is not overwritten. Give another {other}.")
-    for path, content in contents.items():
-        write_bytes(path, content.encode() if isinstance(content, str) else content)
-    return list(contents)
 
 
 def place_trial(folder: Path, name: str) -> None:

@@ -4,9 +4,11 @@ import http.client
 import json
 import re
 import socket
-from contextlib import closing
+from contextlib import closing, suppress
 from email.message import Message
 from importlib.resources import files
+from threading import Event, Thread
+from time import sleep
 
 import numpy as np
 import pytest
@@ -326,3 +328,28 @@ def test_a_bug_prints_its_traceback_without_stopping_the_server(server, capfd):
         _ask(server, "POST", "bug", b"{}")
     assert _ask(server)[0] == 200
     assert "RuntimeError: a bug" in capfd.readouterr().err
+
+
+def test_a_client_that_sends_a_byte_now_and_then_does_not_delay_the_end(monkeypatch):
+    """With a byte a second, the program lived as long as the bytes came."""
+    monkeypatch.setattr("digitise.trace_page.page.SLOW_S", 0.5)
+    opened = Opened(Session(), lambda hints, shape: {}, {})
+    server = TracePage([Sheet("crack", lambda: opened, lambda: False)])
+    sent = Event()
+
+    def trickle(client):
+        client.sendall(b"GET /x HTTP/1.1\r\n")
+        with suppress(OSError):
+            for _ in range(2000):
+                client.sendall(b"X")
+                sent.set()
+                sleep(0.05)
+
+    with closing(socket.create_connection(("127.0.0.1", server.server_port))) as client:
+        server.__enter__()
+        Thread(target=trickle, args=(client,), daemon=True).start()
+        assert sent.wait(5)
+        end = Thread(target=server.__exit__, daemon=True)
+        end.start()
+        end.join(5)
+        assert not end.is_alive()

@@ -1,7 +1,9 @@
 """The command line: answers, exit codes, and one sentence for each fault."""
 
+import errno
 import json
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +12,8 @@ import pytest
 import typer
 
 from sealtwin.cli.answer import Command, ending
+from sealtwin.core import files
+from tests.support.paths import FIXTURE
 from tests.support.photos import mortar, with_crack, write_png
 from tests.support.processes import refusal, sealtwin
 from tests.support.robot_cells import PHOTO_CELL
@@ -133,3 +137,34 @@ def test_an_import_error_for_lack_of_memory_gives_exit_code_3(text, capsys):
     assert (end.value.exit_code, "not enough memory" in capsys.readouterr().err) == (3, True)
     with pytest.raises(ImportError, match="no such name"), ending(Command()):
         raise ImportError("no such name")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without a signal")
+def test_sigterm_ends_a_command_as_ctrl_c_does(tmp_path):
+    """Docker stop and a cluster's scheduler send it; the command ended without a word."""
+    shutil.copy(FIXTURE / "photo.jpg", tmp_path)
+    command = [sys.executable, "-m", "sealtwin", "trace", tmp_path / "photo.jpg", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("Trace page")
+        process.terminate()
+        _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "sealtwin: interrupted" in said
+
+
+def test_after_a_full_disk_the_same_init_completes_the_folder(tmp_path, monkeypatch):
+    """The first file stayed, and the second call refused to continue."""
+    kept = files.write_bytes
+
+    def full(path, content):
+        if path.suffix == ".xlsx":
+            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+        kept(path, content)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(files, "write_bytes", full)
+        assert "Free some space" in refusal("init", tmp_path / "new")
+    assert sealtwin("init", tmp_path / "new").exit_code == 0
+    assert {file.name for file in (tmp_path / "new").iterdir()} >= {"trial.toml", "caliper.xlsx"}
+    assert "already exists" in refusal("init", tmp_path / "new")

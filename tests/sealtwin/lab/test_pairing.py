@@ -22,7 +22,7 @@ from tests.support.ingested_lab import (
 SPELLINGS = {
     "photo": (
         "P01.jpg", "p-01_top.JPEG", "photos/P 01.png", "Fotos/P01 Draufsicht.png", "P01_Foto.tif", "P01/photo.jpg",
-        "P01/P01.webp", "P01_second.jpg",
+        "P01/P01.webp", "P01_second.jpg", "IMG_20261127_P01.jpg", "DSC_20261127_101502_P01.JPG",
     ),
     "mask": ("P01_mask.png", "masks/P01.png"),
     "readings": (
@@ -46,7 +46,7 @@ OTHERS = "June/P01.jpg", "P1.jpg", "P01'.jpg", "P01 (2).jpg", "IMG_0412_P01.jpg"
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_file_names_that_are_only_similar_belong_to_other_samples(name):
-    """Dates, names of cameras, remarks and primes were once ignored in names."""
+    """A date or a camera's word in front is ignored, but no number of a picture, no remark and no prime."""
     assert getattr(place_of(PurePath(name)), "key", "p01") != "p01"
 
 

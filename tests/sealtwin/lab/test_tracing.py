@@ -1,5 +1,6 @@
 """Tracing of samples after an ingest, and the questions about traced cracks in pairing.csv."""
 
+import csv
 from collections import Counter
 from pathlib import Path
 
@@ -53,6 +54,26 @@ def test_questions_about_traced_cracks_are_asked_and_answered_in_pairing_csv(lat
     assert "2 of 2 samples are sound" in call_ingest(folder, lab)
     assert {row["question"] for row in pairing_rows(lab)} == {""}
     assert hashes_of(folder) == before
+
+
+def test_which_line_is_the_crack_is_asked_in_the_same_round_as_a_missing_scale(late):
+    folder, lab = late
+    edit(folder / "lab.toml", "mm_per_px = 0.1", "")
+    call_ingest(folder, lab, code=3)
+    assert "which line is the crack?" in question(lab, "P02.png")
+    assert "photo.mm_per_px is missing" in question(lab, "P02.png")
+    assert "crack" in pairing_rows(lab)[0]
+
+
+def test_a_sample_that_is_paired_anew_leaves_no_ghost(waiting):
+    """The earlier name stayed in the catalogue, with the words that its files are no longer in the folder."""
+    folder, lab = waiting
+    call_ingest(folder, lab, code=6)
+    answer(lab, {name: {"sample": "Q7"} for name in ("P02.png", "P02_Messung.csv", "P02_Notiz.toml")})
+    answer(lab, {"P02_Messung.csv": {"unit": "mm"}})
+    call_ingest(folder, lab)
+    with (lab / "catalogue.csv").open(newline="", encoding="utf-8") as opened:
+        assert [row["sample"] for row in csv.DictReader(opened)] == ["P01", "Q7"]
 
 
 def test_an_answer_given_during_an_ingest_is_not_overwritten(late, monkeypatch):
