@@ -9,7 +9,7 @@ import ezdxf.filemanagement
 from ezdxf import units
 
 from benchmarks.fuzz_process import in_a_process
-from tests.support.lab_folder import DEFAULTS
+from tests.support.lab_folder import DEFAULTS, ENDS
 from tests.support.photos import mortar, with_crack, write_png
 from tests.support.tiny_study import TRIAL, plannable_lab
 
@@ -59,8 +59,7 @@ def sound_lab(folder: Path) -> None:
     longer = with_crack(mortar((400, 200)), [(10, 101), (80, 75), (150, 110), (220, 80), (300, 115), (390, 90)], 20)
     write_png(photos / "P01.png", longer)
     shutil.copy(folder / "readings.csv", photos / "P01.csv")
-    (photos / "P01_note.toml").write_text("photo.crack = 1\n")
-    (photos / "lab.toml").write_text(DEFAULTS.replace("[crack]", "[crack]\ndepth_mm = 8.0"))
+    (photos / "lab.toml").write_text(DEFAULTS.replace(f"ends_px = {ENDS}", "crack = 1"))
     shutil.copy(HEIC, folder / "phone.heic")
     for line in MADE_BY:
         call_here(folder, line)

@@ -28,7 +28,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.lab.files import PAIRING
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.support.lab_folder import DEFAULTS, ENDS, make_lab_folder
+from tests.support.lab_folder import DEFAULTS, make_lab_folder
 from validate.readings.grid import SheetFaults
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
@@ -123,7 +123,6 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     for number, (name, sheet) in enumerate(zip(names, SHEETS, strict=True)):
         sheet.write(folder / f"{name}{sheet.suffix}", levels_mm(number))
         shutil.copy(photo, folder / f"{name}.png")
-        (folder / f"{name}.toml").write_text(f"crack.depth_mm = 8.0\nphoto.ends_px = {ENDS}\n", encoding="utf-8")
     before = {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "lab.toml"}
     first = ingest(folder, lab, Progress())
     faults = {outcome.name: [*outcome.questions] for outcome in first.samples if outcome.questions}

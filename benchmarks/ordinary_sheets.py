@@ -107,7 +107,7 @@ SHEETS = (
         "a comment that names another zero",
         ".csv",
         lambda rows: [HEAD, ["# Nullpunkt: Fuß des Messschiebers", "", "", ""], *([row[0], *(round(v + 0.8, 2) for v in row[1:])] for row in rows)],
-        {"settings": 'readings.datum = "caliper_base"; readings.datum_level_mm = 0.8'},
+        {"datum": "caliper_base", "datum_level_mm": "0.8"},
     ),
     OrdinarySheet("a row of units", ".csv", _below(["Abstand", "Tiefe 1", "Tiefe 2", "Tiefe 3"], ["[mm]"] * 4)),
     OrdinarySheet("n. m. where nothing was read", ".csv", lambda rows: [HEAD, *([*row[:3], "n. m."] if row[0] == 5.0 else row for row in rows)]),

@@ -92,12 +92,12 @@ def trace(one: Given, _: Path) -> Reaction:
 
 
 def ingest(one: Given, folder: Path) -> Reaction:
-    """Take in a sample: its photo, its sheet or scan, and a note with its settings."""
+    """Take in a sample: its photo, its sheet or scan, and its settings in lab.toml."""
     home, settings = folder / "home", dict(one.settings)
     write_bytes(home / f"P01{one.shown.suffix}", one.shown.read_bytes())
     if (sheet := settings.pop("readings.file", None)) is not None:
         write_bytes(home / f"P01 Messung{sheet.suffix}", sheet.read_bytes())
-    write_toml(home / "P01.toml", settings)
+    write_toml(home / "lab.toml", settings)
     return commanded("ingest", home, out=folder / "lab")
 
 
@@ -206,7 +206,7 @@ def reactions_of(names: Sequence[str]) -> dict[tuple[str, str], Reaction]:
         with tempfile.TemporaryDirectory() as place:
             home = Path(place)
             if name == LAB:
-                reactions[name, "ingest"] = commanded("ingest", lab_folder(home), out=home / "out")
+                reactions[name, "ingest"] = commanded("ingest", lab_folder(home, home / "out"), out=home / "out")
                 continue
             one = given(name, home / "given")
             for door in OF_A_MESH if one.kind == "mesh" else OF_A_PHOTO:

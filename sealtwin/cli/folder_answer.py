@@ -29,7 +29,7 @@ def ingest_answer(ingested: Ingested) -> Answer:
     if "bug" in {row.status for row in traced} | {sample.fate for sample in samples}:
         code = BUG
     lines = [
-        *_table(("sample", "photo", "readings", "note", "state"), [*map(_pairing_row, samples)]),
+        *_table(("sample", "photo", "readings", "state"), [*map(_pairing_row, samples)]),
         *(f"{sample.name}: read as {sample.dialect}." for sample in samples if sample.dialect),
         *_together("note", ((sample.name, sample.assumed) for sample in samples if sample.assumed)),
         *_together("remark", ((sample.name, remark) for sample in samples for remark in sample.remarks)),
@@ -105,7 +105,7 @@ def _pairing_row(sample: LabSample) -> list[str]:
     lacking = ["?" if sample.questions else "-"]
     return [
         sample.name if "photo" in sample.files else "?",
-        *(listed([*map(str, sample.files.get(role, []))] or lacking, 1) for role in ("photo", "readings", "note")),
+        *(listed([*map(str, sample.files.get(role, []))] or lacking, 1) for role in ("photo", "readings")),
         sample.state,
     ]
 

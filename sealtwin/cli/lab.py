@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 @answers(options="sealtwin.cli.models:Ingestion")
 def ingest(
     command: Command,
-    folder: Annotated[Path, argument("FOLDER", "Folder of photos, sheets and notes. Nothing in it is changed.")],
+    folder: Annotated[Path, argument("FOLDER", "Folder of photos and sheets. Nothing in it is changed.")],
     out: Annotated[Path, option("Folder for the trials, pairing.csv and the catalogue.", "LAB")],
     options: "Ingestion",
 ) -> None:
-    """Make trials and a catalogue from a lab's folder of photos, caliper sheets and notes.
+    """Make trials and a catalogue from a lab's folder of photos and caliper sheets.
 
-    Files are paired by name: P01.jpg, "p 01 Messung.xlsx" and notes/P01.toml belong to one sample. All open questions
+    Files are paired by name: P01.jpg and "p 01 Messung.xlsx" belong to one sample. All open questions
     are written to LAB/pairing.csv, and LAB/index.html shows how the sheets were interpreted. Answer in pairing.csv, or
     in lab.toml at the top of FOLDER. You need not edit your own files. Settings that a photo does not show, such as
     crack.depth_mm = 16.0, are given in NAME.toml or as lines of a text file.

@@ -1,1 +1,1 @@
-"""Make trials and a catalogue from a lab's folder of photos, sheets and notes."""
+"""Make trials and a catalogue from a lab's folder of photos and sheets."""

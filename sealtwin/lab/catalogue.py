@@ -46,7 +46,7 @@ class Record:
     dialect: str | None  # Sentence that says how the sheet of readings was interpreted
     date: str | None
     operator: str | None
-    said: Mapping[str, Any]  # Settings in the sample's notes, by dotted key
+    said: Mapping[str, Any]  # Settings of the sample by dotted key
     remarks: tuple[str, ...]  # Remarks on the sheet of readings
     ingested_utc: str
     trial_sha256: str = ""  # SHA-256 hash of trial.toml when it was written

@@ -1,4 +1,4 @@
-"""Find the photos, sheets and notes in a lab's folder, and their samples and roles, from their names or pairing.csv.
+"""Find the photos and sheets in a lab's folder, and their samples and roles, from their names or pairing.csv.
 
 Links are not followed, and the files are not opened.
 """
@@ -6,7 +6,7 @@ Links are not followed, and the files are not opened.
 import os
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Literal, get_args
@@ -18,7 +18,7 @@ from validate.readings.grid import table_of
 from validate.readings.words import WORDS, plain_letters, sample_key
 from validate.settings import Columns, Declared
 
-Role = Literal["photo", "mask", "readings", "fill", "note", "ignore"]
+Role = Literal["photo", "mask", "readings", "fill", "ignore"]
 """Role of a file. A "fill" is the CSV about a liquid that was weighed into the crack."""
 
 ROLES: tuple[Role, ...] = get_args(Role)
@@ -37,15 +37,12 @@ SETTING = {
     "crack": "photo.crack",
 }
 """Setting of a trial that each column of the pairing file sets."""
-SETTINGS = "settings"  # Column of the pairing file for all other settings of the trial
-ANSWERS = (*SETTING, SETTINGS)
-"""Columns of the pairing file for the user's answers: about a sheet, the number of the crack, and other settings.
-
-The file is written with the columns that are needed. A user may add any of the others."""
 NAMES = ("file", "role", "sample")
-COLUMNS = (*NAMES, *ANSWERS, "question")
+COLUMNS = (*NAMES, *SETTING, "question")
+"""Columns of the pairing file. It is written with those that are needed.
+
+A user may add any of them, and a column with the dotted name of any setting of a trial, such as crack.depth_mm."""
 PART = ("sheet", "range", "s", "levels")  # Columns that say which part of a file a row describes
-NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file
 TEXT_SUFFIXES = {".txt", ".md"}
 TABLE_SUFFIXES = {
@@ -54,9 +51,8 @@ TABLE_SUFFIXES = {
 }  # fmt: skip
 POSSIBLE: Mapping[str, tuple[Role, ...]] = {
     **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
-    **dict.fromkeys(TABLE_SUFFIXES, ("readings", "fill", "note")),
-    **dict.fromkeys(TEXT_SUFFIXES, ("note", "readings", "fill")),
-    NOTE_SUFFIX: ("note",),
+    **dict.fromkeys(TABLE_SUFFIXES, ("readings", "fill")),
+    **dict.fromkeys(TEXT_SUFFIXES, ("readings", "fill")),
 }
 """Roles that a file may have, by file suffix. The first role is the default."""
 TABLES: tuple[Role, ...] = ("readings", "fill")  # Roles of files with tables of numbers
@@ -67,7 +63,7 @@ OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
 DEFAULTS = "lab.toml"  # Name of the file at the top of a lab's folder with settings of all samples
 MAX_ENTRIES = 50_000  # Largest number of files and folders. With more, the user probably gave a disk by mistake
 HIDDEN = (".", "~$")
-NOT_READ = "files with this suffix are not read."
+NOT_READ = "this file is not read. Settings of one sample are columns of pairing.csv, such as crack.depth_mm."
 UNSHOWN = "the name has characters that cannot be displayed. Rename the file."
 CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode categories of control characters
 
@@ -114,7 +110,7 @@ def place_of(file: PurePath) -> FilePlace | None:
 
     The sample's name is the stem of the file name, without words for a role at its ends. If there are no other words,
     it is the whole file name. Names of folders are treated alike: photos/P01.jpg and sheets/P01.csv belong to one
-    sample, but May/P01.jpg and June/P01.jpg belong to two. A text file is a note, unless its name states another role.
+    sample, but May/P01.jpg and June/P01.jpg belong to two. A text file is read only if its name states a role.
     """
     possible, names = POSSIBLE.get(file.suffix.lower()), dict[str, str]()
     if not possible:
@@ -127,7 +123,10 @@ def place_of(file: PurePath) -> FilePlace | None:
         names |= {sample_key(name): name} if name else {}
         roles = [*meant, *(roles if file.suffix.lower() not in TEXT_SUFFIXES else ())]
     # Roles other than the default of the suffix have priority: a mask in a folder of photos is a mask.
-    roles = [role for role in roles if role in possible[1:]] or [*possible]
+    named = [role for role in roles if role in possible]
+    if not named and file.suffix.lower() in TEXT_SUFFIXES:
+        return None
+    roles = [role for role in named if role in possible[1:]] or [*possible]
     return FilePlace(as_label("-".join(names.values()) or file.name), roles[0])
 
 
@@ -157,7 +156,7 @@ def as_label(text: str) -> str:
 
 
 def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueFault], list[CatalogueFault]]:
-    """Find the photos, sheets and notes in ``folder`` and its subfolders.
+    """Find the photos and sheets in ``folder`` and its subfolders.
 
     Returns the entry of each file by path relative to ``folder``, then the files that are not used, then the lost files
     and folders. Lost files and folders may contain data of the lab, but cannot be read. Hidden files are skipped, such
@@ -165,7 +164,7 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueF
     than ``MAX_ENTRIES`` files and folders.
     """
     if not folder.is_dir():
-        raise InputError(f"{as_text(folder)}: no such folder. Give the folder of photos, sheets and notes.")
+        raise InputError(f"{as_text(folder)}: no such folder. Give the folder of photos and sheets.")
     files, unused, lost, entries = dict[PurePath, FilePlace](), list[CatalogueFault](), list[CatalogueFault](), 0
 
     def shut(fault: OSError) -> None:
@@ -180,11 +179,13 @@ def find_files(folder: Path) -> tuple[dict[PurePath, FilePlace], list[CatalogueF
         names += [name for name in folders if Path(parent, name).is_symlink()]
         for file in (Path(parent, name).relative_to(folder) for name in names if not name.startswith(HIDDEN)):
             entry, shown = place_of(file), plain(as_text(file))
+            if str(file) == DEFAULTS:
+                continue
             if entry is None:
                 unused.append(CatalogueFault(shown, NOT_READ))
             elif shown != str(file):
                 lost.append(CatalogueFault(shown, UNSHOWN))
-            elif str(file) != DEFAULTS:
+            else:
                 files[file] = entry
     return files, sorted(unused), sorted(lost)
 
@@ -215,15 +216,18 @@ def pairing_text(placed: Placed, questions: Mapping[tuple[PurePath, str], Sequen
         }
         for file, entry in rows_of(placed)
     ]
-    columns = [name for name in COLUMNS if name in asked.union(NAMES, ["question"], *rows)]
+    used = asked.union(NAMES, ["question"], *rows)
+    columns = [name for name in COLUMNS if name in used]
+    columns[-1:-1] = sorted(used - {*COLUMNS})
     return sheet_text(columns, [[row.get(name, "") for name in columns] for row in rows])
 
 
-def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
+def read_decisions(path: Path, named: Mapping[PurePath, FilePlace], keys: Collection[str]) -> Placed:
     """Return the user's decisions: the rows of a pairing file that differ from the pairing by names.
 
-    Any spreadsheet program may have saved the file. Raises InputError with all faults: an unknown column, a file that
-    does not exist or is not read, several rows for the same part of a file, or a role that the file cannot have.
+    Any spreadsheet program may have saved the file. ``keys`` are the dotted names of settings that may be columns.
+    Raises InputError with all faults: an unknown column, a file that does not exist or is not read, several rows
+    for the same part of a file, or a role that the file cannot have.
     """
     faults = list[str]()
     by_name = {file.as_posix(): file for file in named}
@@ -233,8 +237,9 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
         bare = ((name, text[as_text_cell(text[1:]) == text :]) for name, text in texts)
         where, cells = f"{path}, line {line}", {name: text for name, text in bare if text}
         faults += [
-            f"{where}: {cells[name]!r:.80} is in the column {name!r:.80}; allowed columns are {', '.join(COLUMNS)}."
-            for name in cells.keys() - {*COLUMNS}
+            f"{where}: {cells[name]!r:.80} is in the column {name!r:.80}; allowed columns are {', '.join(COLUMNS)}, "
+            "and names of settings such as crack.depth_mm."
+            for name in cells.keys() - {*COLUMNS, *keys}
         ]
         written, role = cells.get("file", ""), cells.get("role", "")
         if (file := by_name.get(written)) is None:
@@ -242,7 +247,7 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace]) -> Placed:
         elif role not in (possible := (*POSSIBLE[file.suffix.lower()], "ignore")):
             faults.append(f"{where}: {file} cannot have the role {role!r:.40}; write one of {', '.join(possible)}.")
         else:
-            answers = {name: cells[name] for name in ANSWERS if name in cells}
+            answers = {name: text for name, text in cells.items() if name not in (*NAMES, "question")}
             sample = as_label(cells.get("sample", named[file].sample))
             decisions.setdefault(file, []).append(FilePlace(sample, ROLES[ROLES.index(role)], answers))
     for file, places in decisions.items():

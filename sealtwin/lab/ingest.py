@@ -18,8 +18,8 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, TABLE, Catalogue, Record, write_table
 from sealtwin.lab.files import PAIRING, TRIAL, CatalogueFault, Placed, find_files, pairing_text, read_decisions
-from sealtwin.lab.notes import DATE, DEPTH, OPERATOR, SCALE, Note, read_defaults
 from sealtwin.lab.sample import Fate, LabSample, gather, pair, prepare, read_sheets
+from sealtwin.lab.sample_settings import DATE, DEPTH, OPERATOR, SCALE, SampleSettings, known_keys, read_defaults
 from sealtwin.lab.tracing import PlannedTrace, TracedRow, trace_all
 from sealtwin.study.pipeline import check_run
 from sealtwin.study.study_folder import PROFILE
@@ -55,7 +55,7 @@ class Ingested:
 
 
 def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False, jobs: int = 0) -> Ingested:
-    """Make a trial in ``lab`` for each sample in a folder of photos, sheets and notes, and update the catalogue.
+    """Make a trial in ``lab`` for each sample in a folder of photos and sheets, and update the catalogue.
 
     An unchanged sample of the lab is skipped. The trial of a changed sample is written again. If that trial was run or
     edited, it is kept, and the new one gets a new revision. If the pairing file was edited, the user's corrections and
@@ -76,13 +76,15 @@ def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False
         catalogue = Catalogue(lab)
         digest, earlier = _pairing_sha256(lab), catalogue.content.sources.get(source)
         is_edited = digest not in ("", catalogue.content.pairing)
-        decisions = read_decisions(lab / PAIRING, named) if is_edited else earlier.decisions if earlier else {}
+        decisions = (
+            read_decisions(lab / PAIRING, named, known_keys()) if is_edited else earlier.decisions if earlier else {}
+        )
         catalogue.content.pairing = digest
         placed = {file: decisions.get(file, [entry]) for file, entry in named.items()}
         samples = pair(folder, placed, [fault.name for fault in lost])
         ingested = Ingested(lab, source, dry_run, samples, unused, lost, placed, decisions)
         if not samples and not ingested.faults:
-            raise InputError(f"{folder}: has no photos, sheets or notes. Give the folder that contains them.")
+            raise InputError(f"{folder}: has no photos or sheets. Give the folder that contains them.")
         progress.start(f"Taking in {counted(len(samples), 'sample')}", len(samples))
         for done, sample in enumerate(samples, start=1):
             _take_in(ingested, catalogue, sample, defaults, progress)
@@ -134,7 +136,9 @@ def _pairing_sha256(lab: Path) -> str:
     return files.sha256(lab / PAIRING) if (lab / PAIRING).is_file() else ""
 
 
-def _take_in(ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaults: Note, progress: Progress) -> None:
+def _take_in(
+    ingested: Ingested, catalogue: Catalogue, sample: LabSample, defaults: SampleSettings, progress: Progress
+) -> None:
     """Read the files of a sample and write its trial.
 
     Errors become questions about the sample, and the other samples are still read. An error of the disk with the lab is

@@ -14,18 +14,24 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.settings import SettingsFaults, checked, without_none
 from sealtwin.lab.catalogue import Record
 from sealtwin.lab.files import (
-    ANSWERS,
     DEFAULTS,
     NAMED_FILES,
     PAIRING,
-    SETTINGS,
     TABLES,
     KeptFile,
     Placed,
     Role,
     rows_of,
 )
-from sealtwin.lab.notes import ALTERNATIVES, DEPTH, OF_READINGS, OWN, SCALE, Note, note_of_answers, read_note
+from sealtwin.lab.sample_settings import (
+    ALTERNATIVES,
+    DEPTH,
+    OF_READINGS,
+    OWN,
+    SCALE,
+    SampleSettings,
+    settings_of_answers,
+)
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.starter_files import begun
 from sealtwin.trial.trial_file import Trial, with_settings
@@ -65,10 +71,6 @@ SHEET_ALONE = (
     "Write its sample into the column sample. If it has several samples, add a row with this file for each, and give "
     "each row another range, sheet or levels. If it has no sample, set the role to ignore."
 )
-NOTE_ALONE = (
-    "Write its sample into the column sample, and settings of a text into the column settings. If it has readings, set "
-    "its role to readings. If it has no sample, set its role to ignore."
-)
 ONE_OF_SEVERAL = "Keep one, and set the role of the others to ignore."
 
 
@@ -87,14 +89,15 @@ class LabSample:
     folder: Path  # Path of the lab's folder
     name: str
     files: dict[Role, list[PurePath]] = field(default_factory=dict)
-    """Files by role. Several files of one role raise a question, except notes. If the list of readings is empty, the
+    """Files by role. Several files of one role raise a question. If the list of readings is empty, the
     sheet may be one of the files that belong to no photo."""
     answers: dict[tuple[Role, PurePath], Mapping[str, str]] = field(default_factory=dict)  # Answers in the pairing file
     questions: dict[str, SampleQuestion] = field(default_factory=dict)  # Questions by their sentence
+    asked: dict[tuple[Any, ...], str] = field(default_factory=dict)  # Sentences by their kind, file and cells
     columns: set[str] = field(default_factory=set)  # Columns of the pairing file for the answers
     fate: Fate = "failed"
     raw: list[KeptFile] = field(default_factory=list)
-    note: Note = field(default_factory=Note)
+    settings: SampleSettings = field(default_factory=SampleSettings)
     remarks: dict[str, None] = field(default_factory=dict)
     """Remarks on the sheet of readings, each once and in their order. They hold nothing up."""
 
@@ -129,8 +132,13 @@ class LabSample:
                 self.remarks[doubt.in_words("pairing", f"{file}")] = None
                 continue
             of_doubt = frozenset(rows) or frozenset([file if file in files else files[0]])
-            self.questions[doubt.in_words("pairing", f"{file}")] = SampleQuestion(of_doubt, doubt.kind == FAULT)
-            self.columns |= {column if column in ANSWERS else SETTINGS for column in doubt.columns or (SETTINGS,)}
+            # A question about the same cells was asked before the crack was traced.
+            about, words = (doubt.kind, file, doubt.cells), doubt.in_words("pairing", f"{file}")
+            if doubt.cells:
+                self.questions.pop(self.asked.get(about, ""), None)
+            self.asked[about] = words
+            self.questions[words] = SampleQuestion(of_doubt, doubt.kind == FAULT)
+            self.columns |= {*doubt.columns}
 
     def fault(self, finding: str, remedy: str = "", file: PurePath | None = None) -> None:
         """Add a question about a fault of a file. Default: the photo, or the first file if there is no photo."""
@@ -170,8 +178,8 @@ class LabSample:
 
     @property
     def said(self) -> Mapping[str, Any]:
-        """Settings in the sample's notes, by dotted key, with values converted to JSON types."""
-        return json.loads(json.dumps(self.note.values, default=str))
+        """Settings of the sample by dotted key, with values converted to JSON types."""
+        return json.loads(json.dumps(self.settings.values, default=str))
 
 
 def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
@@ -193,11 +201,11 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     for sample in order:
         for role, of_role in sample.files.items():
             if "photo" not in sample.files:
-                remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}" if role in TABLES else NOTE_ALONE
+                remedy = f"Photos without a sheet: {without}. {SHEET_ALONE}"
                 for file in of_role:
                     sample.fault(f"there is no photo with the name {sample.name!r}.", remedy, file)
                 waiting += map(str, of_role if role in TABLES else ())
-            elif len(of_role) > 1 and role != "note":
+            elif len(of_role) > 1:
                 where = Location(of_role[0], listed([*map(str, of_role[1:])]))
                 doubt = Doubt("files", where, f"{len(of_role)} files have the role {role}.", ONE_OF_SEVERAL)
                 sample.ask(doubt, rows=of_role)
@@ -208,12 +216,11 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
     return order
 
 
-def gather(sample: LabSample, defaults: Note) -> None:
-    """Read a sample's notes and hash its files, without reading photos and sheets.
+def gather(sample: LabSample, defaults: SampleSettings) -> None:
+    """Set a sample's settings and hash its files, without reading photos and sheets.
 
     ``defaults`` are the settings of all samples.
     """
-    note = Note()
     for role, every in sample.files.items():
         for count, file in enumerate(every):
             path, limit = sample.folder / file, LARGEST_FILE_BYTES if role in ("photo", "mask") else LARGEST_SHEET_BYTES
@@ -224,15 +231,13 @@ def gather(sample: LabSample, defaults: Note) -> None:
             else:
                 copy = _copy_of(role, file, count)
                 sample.raw.append(KeptFile(role, file.as_posix(), copy, files.sha256(path), size))
-                if role == "note" and "photo" in sample.files:
-                    read_note(sample.folder, file, sample.key, note, answered=SETTINGS in sample.answers[role, file])
     # The folder's settings of readings, fills and walls may apply to other samples only.
     others = (ANGLE if "fill" in sample.files else FILL, *(() if "readings" in sample.files else OF_READINGS))
-    sample.note = note.over(defaults, others)
+    sample.settings = SampleSettings().over(defaults, others)
     for (role, file), answers in sample.answers.items():
-        if role == "note" or sample.file(role):
-            sample.note = note_of_answers(answers, file).over(sample.note)
-    sample.ask(*sample.note.faults)
+        if sample.file(role):
+            sample.settings = settings_of_answers(answers, file).over(sample.settings)
+    sample.ask(*sample.settings.faults)
 
 
 def _copy_of(role: Role, file: PurePath, count: int = 0) -> str:
@@ -257,9 +262,9 @@ def prepare(sample: LabSample) -> None:
     if any(way & settings.keys() for way in ALTERNATIVES[0]):
         sample.stand_ins.pop(SCALE, None)
     for key in sample.stand_ins:
-        finding = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or in the sample's note (NAME.toml)."
+        finding = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or give this sample's in the column {key}."
         finding += offer_of_markers(photo) if key == SCALE else ""
-        sample.ask(Doubt("setting", Location(PurePath(DEFAULTS)), finding))
+        sample.ask(Doubt("setting", Location(PurePath(DEFAULTS)), finding, answers={key: None}))
     content = begun({}, sample.stand_ins | settings)
     if not sample.files.get("readings"):
         content = {name: value for name, value in content.items() if name not in ("readings", "gate")}
@@ -269,7 +274,7 @@ def prepare(sample: LabSample) -> None:
         sample.refuse(fault)
         return
     if assumed := ", ".join(trial.assumed_words):
-        sample.assumed = f"Assumed: {assumed}. Write your values into {DEFAULTS} or the sample's note."
+        sample.assumed = f"Assumed: {assumed}. Write your values into {DEFAULTS}, or into columns of {PAIRING}."
     if trial.crack is not None and trial.crack.fill is not None and (file := sample.file("fill")):
         try:
             trial.crack.fill.model_copy(update={"file": Path(file)}).loaded(sample.folder)
@@ -283,10 +288,10 @@ def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
 
     ``length_mm`` is the length of the crack, or None if it is unknown.
     """
-    depth_mm = sample.note.values.get(DEPTH)
+    depth_mm = sample.settings.values.get(DEPTH)
     # Without a photo, the sample's name is open too.
     name = sample.name if "photo" in sample.files else None
-    settings = with_settings({"readings": {"sample": name}}, sample.note.values)["readings"]
+    settings = with_settings({"readings": {"sample": name}}, sample.settings.values)["readings"]
     try:
         declared = checked(Declared, sample.folder, {key: settings.get(key) for key in Declared.model_fields})
     except InputError:
@@ -304,16 +309,16 @@ def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
 
 
 def _settings_of(sample: LabSample) -> dict[str, Any]:
-    """Return the settings of a sample's trial by dotted key, from its notes and its files."""
-    note = sample.note
-    settings = {key: value for key, value in note.values.items() if key not in OWN}
+    """Return the settings of a sample's trial by dotted key, with its files."""
+    given = sample.settings
+    settings = {key: value for key, value in given.values.items() if key not in OWN}
     settings |= {"name": sample.name, "readings.sample": sample.name}
     for role, key in NAMED_FILES.items():
         file = next(iter(sample.files.get(role, ())), None)
-        if key in note.values and PurePath(f"{settings[key]}").name != (file and file.name):
+        if key in given.values and PurePath(f"{settings[key]}").name != (file and file.name):
             finding = f"{key} = {str(settings[key])!r:.80}, but the sample's {role} is {file or 'no file'}."
             remedy = "Delete the key, and choose the file in the pairing file."
-            sample.ask(Doubt("setting", note.origins[key], finding, remedy))
+            sample.ask(Doubt("setting", given.origins[key], finding, remedy))
         settings[key] = file and _copy_of(role, file)
     return without_none(settings)
 
@@ -321,11 +326,11 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
 def _origin_of(sample: LabSample, key: str) -> Location:
     """Return the locations that give a setting or the settings of a table.
 
-    If there are none, return the location of the sample's note.
+    If there are none, return the pairing file.
     """
-    notes = sample.note.origins.items()
-    origins = {origin for name, origin in notes if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
+    given = sample.settings.origins.items()
+    origins = {origin for name, origin in given if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
     if not origins:
-        return Location(sample.files["photo"][0].with_suffix(".toml"))
+        return Location(PurePath(PAIRING))
     first, *others = sorted(origins, key=Location.named)
     return first._replace(part=", ".join(filter(None, (first.part, *map(Location.named, others)))))

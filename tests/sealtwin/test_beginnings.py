@@ -50,7 +50,7 @@ def results(tmp_path_factory):
     (home / "lab").mkdir()
     shutil.copy(photo, home / "lab" / "P01.png")
     note = f'data = "synthetic"\n[photo]\nmm_per_px = 0.4\nends_px = {ENDS}\n[crack]\ndepth_mm = 12.0\n'
-    (home / "lab" / "P01.toml").write_text(note)
+    (home / "lab" / "lab.toml").write_text(note)
     made("ingest", home / "lab", out=home / "taken")
     return {name: home / name for name in ("digitise", "quick", "trace", "init")} | {"ingest": home / "taken/P01/run"}
 

@@ -1,9 +1,7 @@
-"""Wrong notes and folders of a lab."""
+"""Wrong texts and folders of a lab."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import cv2
 
@@ -28,7 +26,7 @@ diameter_mm = 1.2
 [solver]
 model = "slot"
 """
-"""Settings of all samples: a depth that a sample's note replaces, and the fast model, which is checked quickly."""
+"""Settings of all samples: and the fast model, which is checked quickly."""
 NONE_SOUND, SOME_FAILED = 3, 6
 INGEST = "ingest {given}/folder --out {out} --dry-run --quiet"
 
@@ -46,11 +44,6 @@ def _folder(path: Path, lab: str = LAB, samples: Sequence[int] = (3,), **texts: 
     (folder / "lab.toml").write_text(lab)
     for name, text in texts.items():
         (folder / name.replace("__", ".")).write_text(text, encoding="utf-8")
-
-
-def _asked(text: str, **others: Any) -> WrongInput:
-    row = ingested(f"the text {text!r} is asked about", _files(N3__txt=text), "N3.txt: is not read", **others)
-    return replace(row, code=NONE_SOUND)
 
 
 def _files(lab: str = LAB, samples: Sequence[int] = (3,), **texts: str) -> Callable[[Path], None]:
@@ -76,17 +69,16 @@ NOT_SAID = LAB.replace("0.1", "0.5").partition("[path]")[0] + '[solver]\nmodel =
 
 # fmt: off
 CASES: list[WrongInput] = [
-    _asked("Tiefe ca. 9-11 mm. Wetter gut"),
-    _asked("Probe N3\ncrack.depth_mm = 9.0"),
+    ingested("a text with a depth", _files(N3__txt="Tiefe ca. 9-11 mm"), "Not used: N3.txt: this", code=0),
     ingested("a title above a sheet says another depth than lab.toml",
-        _files(OF_SHEET, N3__csv=f"Risstiefe;9 mm\n{SHEET}"), "A1 'Risstiefe 9 mm'", code=NONE_SOUND),
+        _files(OF_SHEET, N3__csv=f"Risstiefe;9 mm\n{SHEET}"), "remark", "A1 has the remark 'Risstiefe 9 mm'", code=0),
     ingested("samples in the columns of a sheet that is called as one of them",
         _files(OF_SHEET, (3, 4), N3__csv="s [mm];Probe 1 Tiefe [mm];Probe 2 Tiefe [mm]\n1;1,5;2,5\n9;1,4;2,4\n"),
         "N3.csv", "'Probe 1 Tiefe [mm]'", "levels", code=SOME_FAILED),
     ingested("tables of two samples beside each other, one without a photo",
         _files(OF_SHEET, N3__csv=TWO_TABLES), "N3.csv", "range = ...", code=NONE_SOUND),
-    ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",
-        "depth_mm", code=NONE_SOUND),
+    ingested("settings in a file of their own", _files(N3__toml="crack.depth_mm = 9.0"), "Not used: N3.toml",
+        "columns of pairing.csv, such as crack.depth_mm", code=0),
     ingested("path and nozzle without settings", _files(NOT_SAID), "filled fraction of the cavity 0.6",
         "crack's ends 5 mm", "speed of the nozzle 4 mm/s", "diameter of the nozzle auto", code=0),
     answers("quick {given}/photo.png --depth-mm 16 --out {out}")("no scale, but markers in the photo",

@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from tests.support.lab_folder import DEFAULTS, ENDS
+from tests.support.lab_folder import DEFAULTS
 from tests.support.tiny_study import AGED, FAST, FAST_PASTE, run_tiny
 from tests.wrong_inputs.table import WrongInput
 
@@ -44,11 +44,10 @@ def write_photo(folder: Path) -> None:
 
 def lab(name: str, sheets: Mapping[str, str], *names: str, **others: Any) -> WrongInput:
     """A lab's folder of P01, with these sheets beside its photo."""
-    note = f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"
 
     def make(folder: Path) -> None:
         write_photo(folder)
-        for file, text in {"P01.toml": note, "lab.toml": QUICK, **sheets}.items():
+        for file, text in {"lab.toml": QUICK, **sheets}.items():
             (folder / file).write_text(text, encoding="utf-8")
 
     return WrongInput(name, make, "ingest {given} --out {out} --dry-run", names, **others)
@@ -84,8 +83,8 @@ CASES: list[WrongInput] = [
     sheet("a decimal before the unit", under("s_mm;Tiefe (0,1 mm)"), "'Tiefe (0,1 mm)'", "as_written"),
     sheet("tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "'Tiefe [1/10 mm]'", settings=IN_MM),
     sheet("a row in inches", table("2.15;mm", "0.0945;inch", "1.3;mm", "1.2;mm", head="s_mm;depth;Einheit"),
-        "C3 'inch'", "as_written", settings=IN_MM),
-    sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "A1 'Einheit: Zoll'", settings=IN_MM),
+        "C3 has the remark 'inch', but mm is read", "as_written", settings=IN_MM),
+    sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "A1 has the remark 'Einheit: Zoll', but mm is read", settings=IN_MM),
     # Files that are no sheets.
     sheet("a page in HTML", "<!DOCTYPE html>\n<table><tr><td>1</td></tr></table>\n", "'<!DOCTYPE html'", suffix=".xls"),
     sheet("a quotation mark that closes in another row",

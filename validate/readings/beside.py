@@ -75,11 +75,16 @@ def remark_beside(table: Table, rows: ReadRows) -> None:
     for text in (*texts, *_names(table.grid, table.declared.sample)):
         if not table.confirms(text.part):
             remarks.setdefault(text.text, []).append(text)
+    read_in = {column.unit for column in table.used if column.unit is not None}
     # Texts with a word that may change readings come first, since a page shows only some of them.
     for text, alike in sorted(remarks.items(), key=lambda remark: not changes(remark[0])):
         parts = [remark.part for remark in alike]
-        cells = [remark.part for remark in alike if remark.is_cell]
-        table.remark("remark", f"{listed(parts)} has the remark {quoted(text, LONGEST_QUOTED)}.", cells)
+        cells, finding = [remark.part for remark in alike if remark.is_cell], f"{listed(parts)} has the remark"
+        if cells and read_in and _units_in(text) - read_in:
+            finding += f" {quoted(text)}, but {' and '.join(sorted(read_in))} is read."
+            table.ask("unit", finding, "Write all in one unit.", {CONFIRMS: cells}, cells)
+        else:
+            table.remark("remark", f"{finding} {quoted(text, LONGEST_QUOTED)}.", cells)
     _remark_marks(table, rows)
 
 
@@ -174,9 +179,13 @@ def changes(text: str) -> bool:
     Texts in other scripts than the Latin one also give True.
     """
     plain = plain_letters(text)
-    words = WORD.findall(plain)
-    is_unit = not UNITS.keys().isdisjoint({*words} - {"m"})
-    return bool(is_unit or STOPS & {word[:5] for word in words} or INCH.search(plain) or SIGN.search(plain))
+    stops = STOPS & {word[:5] for word in WORD.findall(plain)}
+    return bool(_units_in(text) or stops or INCH.search(plain) or SIGN.search(plain))
+
+
+def _units_in(text: str) -> set[str]:
+    """Return the units that a text names. A single m may be any word."""
+    return {UNITS[word] for word in WORD.findall(plain_letters(text)) if word in UNITS and word != "m"}
 
 
 def is_harmless(text: str, sample: str = "") -> bool:

@@ -8,7 +8,7 @@ from sealtwin.lab.ingest import ingest
 from tests.support.ingested_lab import QUIET, hashes_of
 from tests.support.lab_folder import make_lab_folder
 
-TWO = "lab.toml", "P01.png", "P01.csv", "P01.toml", "P02.png", "P02_Messung.csv", "P02_Notiz.toml"
+TWO = "lab.toml", "P01.png", "P01.csv", "P02.png", "P02_Messung.csv"
 
 
 @pytest.fixture(scope="session")

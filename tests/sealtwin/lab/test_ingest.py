@@ -40,7 +40,7 @@ def test_ten_samples_in_different_dialects_become_ten_trials(sound):
         for record in Catalogue.of(lab).records
         for file in record.files
     }
-    assert len(kept) == 30
+    assert len(kept) == 20
     assert hashes_of(folder) == before
     assert kept.items() <= before.items()
     in_lab, rows = hashes_of(lab), rows_of(lab)
@@ -54,12 +54,12 @@ def test_every_planted_fault_is_reported_without_stopping_other_samples(tmp_path
         fault.plant(folder)
     answer = sealtwin("ingest", folder, "--out", tmp_path / "lab", "--quiet")
     assert answer.exit_code == 6, answer.output
-    assert len(FAULTS) >= 12
+    assert len(FAULTS) >= 10
     assert not [fault.what for fault in FAULTS if not re.search(fault.says, answer.stdout)]
     # One sentence for each fault, also of several samples, one that P07 lacks its sheet, and one on the order of P09.
     assert sum(line.startswith(("failed: ", "asked: ")) for line in answer.stdout.splitlines()) == len(FAULTS) + 2
     catalogue = Catalogue.of(tmp_path / "lab")
-    assert catalogue.latest.keys() - catalogue.faults().keys() == {"p10"}
+    assert catalogue.latest.keys() - catalogue.faults().keys() == {"p02", "p03", "p10"}
     assert "/folder/" not in answer.stdout
 
 

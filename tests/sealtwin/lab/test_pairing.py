@@ -30,7 +30,6 @@ SPELLINGS = {
         "Relevés/P01.csv", "P01_profondeur.csv", "P01 lecturas.xlsx", "Höhen P01.csv", "P01_Pegel.csv",
     ),
     "fill": ("P01 Wasser.xlsx", "P01_fill.csv"),
-    "note": ("P01.toml", "P01.txt", "Messungen/P01.md", "P01_notes.csv", "Protokolle/P01.xlsx", "P01/trial.toml"),
 }  # fmt: skip
 
 
@@ -38,7 +37,8 @@ def test_file_names_in_different_spellings_belong_to_the_same_sample():
     positions = {name: place_of(PurePath(name)) for names in SPELLINGS.values() for name in names}
     roles = {name: (position.key, position.role) for name, position in positions.items() if position}
     assert roles == {name: ("p01", role) for role, names in SPELLINGS.items() for name in names}
-    assert [place_of(PurePath(name)) for name in ("report.pdf", "P01", "P01.docx", "P01.stl")] == [None] * 4
+    others = "report.pdf", "P01", "P01.docx", "P01.toml", "P01.txt", "P01 Notiz.md"
+    assert [place_of(PurePath(name)) for name in others] == [None] * len(others)
 
 
 OTHERS = "June/P01.jpg", "P1.jpg", "P01'.jpg", "P01 (2).jpg", "IMG_0412_P01.jpg", "P01 2026-05-12.jpg", "PO1.jpg"
@@ -67,7 +67,6 @@ def _paired(*names):
     [
         ("K05.jpg K05.csv K06.jpg Blatt_1.csv", {"K06"}),
         ("K05.jpg K06.jpg K07.csv", {"K05", "K06"}),
-        ("K05.jpg K06.jpg Blatt.toml", set()),
     ],
 )
 def test_photos_without_a_sheet_give_a_question_if_a_sheet_has_no_photo(names, waiting):

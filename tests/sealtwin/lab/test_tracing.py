@@ -14,6 +14,7 @@ from sealtwin.lab.ingest import ingest
 from sealtwin.lab.tracing import PlannedTrace, trace_all
 from sealtwin.trial import digitise_stage
 from tests.support.ingested_lab import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
+from tests.support.lab_folder import ENDS
 from tests.support.photos import mortar, wandering, with_crack, write_png
 
 
@@ -30,9 +31,11 @@ def late(small, tmp_path):
     one = with_crack(mortar((200, 200), seed=1), wandering([(40, 50), (160, 50)], 9.0), 12)
     write_png(small / "P02.png", with_crack(one, wandering([(40, 150), (160, 150)], 9.0), 12))
     edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.3")
-    (small / "P02_Notiz.toml").write_text("crack.depth_mm = 8.0\n")
+    edit(small / "lab.toml", f"ends_px = {ENDS}\n", "")
     with (small / "P01.csv").open("a") as sheet:
         sheet.write("40.0,-1.0,-1.0,-1.0\n")
+    # Answers may be given before the first ingest.
+    files.write_text(tmp_path / "lab" / "pairing.csv", f'file,role,photo.ends_px\nP01.png,photo,"{ENDS}"\n')
     return small, tmp_path / "lab"
 
 
@@ -50,7 +53,7 @@ def test_questions_about_traced_cracks_are_asked_and_answered_in_pairing_csv(lat
     again = call_ingest(folder, lab, code=6)
     assert sum(line.endswith(" asked") for line in again.splitlines()) == 2
     assert "sealtwin run" not in again, "none of them would run"
-    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"settings": "photo.crack = 2"}})
+    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"crack": "2"}})
     assert "2 of 2 samples are sound" in call_ingest(folder, lab)
     assert {row["question"] for row in pairing_rows(lab)} == {""}
     assert hashes_of(folder) == before
@@ -69,7 +72,7 @@ def test_a_sample_that_is_paired_anew_leaves_no_ghost(waiting):
     """The earlier name stayed in the catalogue, with the words that its files are no longer in the folder."""
     folder, lab = waiting
     call_ingest(folder, lab, code=6)
-    answer(lab, {name: {"sample": "Q7"} for name in ("P02.png", "P02_Messung.csv", "P02_Notiz.toml")})
+    answer(lab, {name: {"sample": "Q7"} for name in ("P02.png", "P02_Messung.csv")})
     answer(lab, {"P02_Messung.csv": {"unit": "mm"}})
     call_ingest(folder, lab)
     with (lab / "catalogue.csv").open(newline="", encoding="utf-8") as opened:
@@ -84,7 +87,7 @@ def test_an_answer_given_during_an_ingest_is_not_overwritten(late, monkeypatch):
         answer(lab, {"P02.png": {"crack": "2"}})
         return traced(*arguments, **more)
 
-    for file in folder.glob("P01*"):
+    for file in (*folder.glob("P01*"), lab / "pairing.csv"):
         file.unlink()
     with monkeypatch.context() as patch:
         patch.setattr(steps, "trace_all", answered_meanwhile)

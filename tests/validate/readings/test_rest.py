@@ -29,13 +29,13 @@ HARMLESS = {
 }
 ASKED = {
     "above": (f"Fuß auf 5 mm Klotz\n{H}\n{ROWS}", ["A1"]),
-    "between": (f"{H}\n0;1\nab hier in Zoll\n5;2\n10;3\n", ["A3"]),
+    "between": (f"{H}\n0;1\nab hier verrutscht\n5;2\n10;3\n", ["A3"]),
     "below": (f"{H}\n{ROWS}\nvom rechten Ende gemessen\n", ["A6"]),
     "another sample's rows": (f"Probe;{H}\n{OF.format('P02')}", ["A2", "A3", "A4"]),
     "beside, in a column of remarks": (NOTED.format("Bemerkung", "", "Ausreißer", ""), ["C3"]),
     "a number in a column of remarks": (NOTED.format("Bemerkung", "", "2,7", ""), ["C3"]),
     "codes beside some": (NOTED.format("Punkt", "x2", "", "x5"), ["C1", "C2", "C4"]),
-    "a unit in each row": (NOTED.format("Einheit", *["cm"] * 3), ["C1", "C2", "C3", "C4"]),
+    "a unit in each row": (NOTED.format("Einheit", *["mm"] * 3), ["C1", "C2", "C3", "C4"]),
     "a word for a repeat": ("s_mm;Wdh;depth_mm\n0;xa;1\n0;verworfen;9\n5;xa;2\n", ["B2", "B3", "B4"]),
     "a number that counts no repeat": ("s_mm;Messung;depth_mm\n0;1,5;1\n5;2,5;2\n10;3;3\n", ["B2", "B3"]),
 }
@@ -60,6 +60,21 @@ def test_a_text_that_may_change_readings_is_a_remark_and_the_sheet_is_read(read,
     assert [left.cells for left in read(text, as_written=("Z9", *entries[1:])).questions] == [(entries[0],)]
     if entries[0][1:]:
         assert read(text, as_written=tuple(entry[1:] for entry in entries)).questions == ()
+
+
+OTHER_UNITS = {
+    "in a row": (f"{H}\n0;1\nab hier in Zoll\n5;2\n10;3\n", ("A3",)),
+    "in each row": (NOTED.format("Einheit", "mm", "cm", "mm"), ("C3",)),
+    "above": (f"Einheit: Zoll\n{H}\n{ROWS}", ("A1",)),
+}
+
+
+@pytest.mark.parametrize(("text", "cells"), OTHER_UNITS.values(), ids=OTHER_UNITS)
+def test_another_unit_beside_the_readings_is_asked_about(read, text, cells):
+    with pytest.raises(SheetFaults) as faults:
+        read(text)
+    assert [doubt.cells for doubt in faults.value.doubts if doubt.kind == "unit"] == [cells]
+    assert len(read(text, as_written=cells).s_mm) == 3
 
 
 def _colour(sheet: Any, *cells: str) -> None:

@@ -96,7 +96,7 @@ def test_rows_of_python_values_are_read_like_rows_of_a_sheet():
 
 
 def test_words_behind_a_temperature_are_a_remark(read):
-    (remark,) = read("s [mm];Tiefe [mm];Temp. [°C]\n0;1;20 alles in cm\n5;2;22 °C\n10;3;22\n").questions
+    (remark,) = read("s [mm];Tiefe [mm];Temp. [°C]\n0;1;20 ungefähr\n5;2;22 °C\n10;3;22\n").questions
     assert (remark.kind, remark.cells) == ("remark", ("C2",))
 
 

@@ -1,46 +1,21 @@
-"""Settings of samples from notes, from lab.toml and from weighed fills."""
+"""Settings of samples from lab.toml, from pairing.csv and from weighed fills."""
 
 import json
-from pathlib import PurePath
 
 import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.notes import Note, read_note
+from sealtwin.lab.sample_settings import SampleSettings
 from sealtwin.trial.trial_file import load_trial
 from tests.support.ingested_lab import QUIET, answer, pairing_rows, sealtwin
-from tests.support.lab_folder import NOTES
-
-
-def note_of(folder, name, text):
-    """Write a note of P01 and return its settings and faults."""
-    (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
-    read_note(folder, PurePath(name), "p01", note := Note())
-    return note
-
-
-SETTINGS = "crack.depth_mm = 8.0", "operator = 'A. Muster'", "operator = 'M\xfcller'".encode("latin-1"), b"\x81 9"
-WORDS = "Kante ausgebrochen", "Probe P-01", "Wetter = 'trocken'"
-
-
-@pytest.mark.parametrize("text", [*SETTINGS, *WORDS])
-def test_a_text_note_that_may_give_a_setting_is_asked_about(tmp_path, text):
-    note = note_of(tmp_path, "P01.txt", text)
-    assert ["is not read" in fault.finding for fault in note.faults] == [True] * (text in SETTINGS)
-    assert not note.values
 
 
 def test_the_scale_of_a_sample_replaces_any_scale_of_the_folder():
-    folder = Note(dict.fromkeys(("photo.mm_per_px", "crack.depth_mm", "fluid.U"), 1.0))
-    sample = Note(dict.fromkeys(("photo.face_mm", "fluid.viscosity_pa_s"), 1.0))
+    folder = SampleSettings(dict.fromkeys(("photo.mm_per_px", "crack.depth_mm", "fluid.U"), 1.0))
+    sample = SampleSettings(dict.fromkeys(("photo.face_mm", "fluid.viscosity_pa_s"), 1.0))
     assert {*sample.over(folder).values} == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}
-
-
-P01 = str(NOTES["P01"][1])
-TRACED = 'name = "P01"\n[photo]\nfile = "{}"\ndata = "measured"\nmm_per_px = 0.1\n[crack]\ndepth_mm = 8.0\n'
-"""A trial as 'sealtwin trace' writes it: it names its photo, which must be the one beside it."""
 
 
 def test_all_faults_of_lab_toml_are_listed_together_and_stop_the_ingest(small, tmp_path):
@@ -54,19 +29,39 @@ def test_all_faults_of_lab_toml_are_listed_together_and_stop_the_ingest(small, t
     assert len(lines) == 3
 
 
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        (TRACED.format("P02.png"), "photo.file = 'P02.png', but the sample's photo is P01.png"),
-        (f'{P01}mask = "P01_mask.png"\n', "photo.mask = 'P01_mask.png', but the sample's mask is no file"),
-        ("a." * 60_000 + "b = 1", "a dotted key has more than 16 parts"),
-    ],
-)
-def test_a_contradictory_or_unreadable_note_gives_exactly_one_fault(small, tmp_path, text, sentence):
-    (small / "P02_Messung.csv").unlink()
-    (small / "P01.toml").write_text(text)
-    faults = [fault.sentence for fault in ingest(small, tmp_path / "lab", QUIET).faults]
-    assert [f"P01.toml: {sentence}" in fault for fault in faults if "missing" not in fault] == [True]
+def test_a_column_of_pairing_csv_may_be_any_setting_of_a_trial(small, tmp_path):
+    lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    rows = {"P01.png": {"crack.depth_mm": "[[0.0, 7.5], [12.0, 8.5]]", "path.speed_mm_s": "15", "operator": "C. D."}}
+    answer(lab, rows)
+    ingested = ingest(small, lab, QUIET)
+    assert not ingested.faults
+    trial, other = (load_trial(lab / name / "trial.toml") for name in ("P01", "P02"))
+    assert present(trial.crack, "crack").depth_mm == ((0.0, 7.5), (12.0, 8.5))
+    assert (trial.path.speed_mm_s, other.path.speed_mm_s) == (15, 20)
+    assert [sample.said["operator"] for sample in ingested.samples] == ["C. D.", "A. Muster"]
+    assert {"crack.depth_mm", "path.speed_mm_s", "operator"} <= pairing_rows(lab)[0].keys()
+    for column, text, sentence in (
+        ("photo.file", "P02.png", "photo.file = 'P02.png', but the sample's photo is P01.png"),
+        ("date", "03/05/2026", "date = '03/05/2026': this is not a date"),
+        ("crack.wall_angle_deg", "80", "crack.wall_angle_deg = 80: should be less than 60"),
+    ):
+        answer(lab, {"P01.png": {column: text}})
+        assert [sentence in fault.sentence for fault in ingest(small, lab, QUIET).faults] == [True]
+        answer(lab, {"P01.png": {column: ""}})
+    answer(lab, {"P01.png": {"crack.depht_mm": "8"}})
+    with pytest.raises(InputError, match=r"in the column 'crack\.depht_mm'; allowed columns are"):
+        ingest(small, lab, QUIET)
+
+
+def test_a_missing_depth_is_asked_in_a_column_of_its_name(small, tmp_path):
+    lab, text = tmp_path / "lab", (small / "lab.toml").read_text()
+    (small / "lab.toml").write_text(text.replace("depth_mm = 8.0\n", ""))
+    ingest(small, lab, QUIET)
+    rows = pairing_rows(lab)
+    assert ["crack.depth_mm is missing" in row["question"] for row in rows if row["role"] == "photo"] == [True] * 2
+    answer(lab, {row["file"]: {"crack.depth_mm": "8"} for row in rows if row["role"] == "photo"})
+    assert not ingest(small, lab, QUIET).faults
 
 
 @pytest.fixture
@@ -86,7 +81,7 @@ def test_a_weighed_fill_beside_the_readings_is_copied_and_used_for_the_solid(pou
     (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")
     assert (row["file"], row["sample"]) == ("P01 Wasser.csv", "P01")
     assert "crack.tilt is missing: the steps of a fill require it" in asked
-    answer(lab, {"P01 Wasser.csv": {"settings": 'crack.tilt = "funnel"'}})
+    answer(lab, {"P01 Wasser.csv": {"crack.tilt": "funnel"}})
     last = sealtwin("ingest", poured, "--out", lab, "--quiet")
     assert last.exit_code == 0, last.output
     trial = load_trial(lab / "P01" / "trial.toml")
