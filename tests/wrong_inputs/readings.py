@@ -84,7 +84,8 @@ CASES: list[WrongInput] = [
     sheet("tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "'Tiefe [1/10 mm]'", settings=IN_MM),
     sheet("a row in inches", table("2.15;mm", "0.0945;inch", "1.3;mm", "1.2;mm", head="s_mm;depth;Einheit"),
         "C3 has the remark 'inch', but mm is read", "as_written", settings=IN_MM),
-    sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "A1 has the remark 'Einheit: Zoll', but mm is read", settings=IN_MM),
+    sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "A1 has the remark 'Einheit: Zoll', but mm is read",
+        settings=IN_MM),
     # Files that are no sheets.
     sheet("a page in HTML", "<!DOCTYPE html>\n<table><tr><td>1</td></tr></table>\n", "'<!DOCTYPE html'", suffix=".xls"),
     sheet("a quotation mark that closes in another row",
