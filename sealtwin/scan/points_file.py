@@ -36,9 +36,9 @@ MESHES = (".ply", ".stl", ".obj", ".glb")
 def read_points(path: Path, placement: Placement) -> Floats:
     """Return the points of a scan in mm and in the scan's own axes, (n, 3).
 
-    Points without a finite height are left out. The surface of triangles is covered with points. A height map has x to
-    the right, y up, and one point for each pixel with a height. If ``count_mm`` is negative, z is minus the distance
-    from the sensor.
+    Points without finite coordinates, or with one beyond 1e9 mm, are left out. The surface of triangles is covered with
+    points. A height map has x to the right, y up, and one point for each pixel with a height. If ``count_mm`` is
+    negative, z is minus the distance from the sensor.
 
     Raises InputError if the file is missing, too large or damaged, if its unit is not given, or if it is far from its
     origin.
@@ -63,14 +63,9 @@ def read_points(path: Path, placement: Placement) -> Floats:
         points_mm = placement.unit_mm * read_refusing_damage(path, _of_text)
     else:
         points_mm = _on_surface(read_mesh(path, is_scan=True), placement.unit_mm)
-    points_mm = points_mm[np.isfinite(points_mm).all(axis=1)]
+    points_mm = points_mm[(np.abs(points_mm) < BEYOND_ANY_UNIT).all(axis=1)]
     if len(points_mm) < 100:
         raise InputError(f"{path}: has {len(points_mm)} points with finite coordinates; a scan has thousands.")
-    if (wrong := (np.abs(points_mm) > BEYOND_ANY_UNIT).any(axis=1)).any():
-        raise InputError(
-            f"{path}: {wrong.sum()} points have a coordinate beyond {BEYOND_ANY_UNIT:g} mm. Leave out points that were "
-            "not measured, or write them as nan."
-        )
     away_mm = float(np.abs(np.median(points_mm, axis=0)).max())
     if away_mm > FARTHEST_MM:
         raise InputError(
@@ -96,8 +91,7 @@ def _of_text(content: bytes) -> Floats:
     content = content.removeprefix(b"\xef\xbb\xbf")  # UTF-8 byte-order mark
     if b"\0" in content[:4096]:
         raise UnreadableError("it is not a text", TEXT)
-    first = content.splitlines(keepends=True)[:HEADER_LINES] if len(content) < 1_000_000 else content[:1_000_000]
-    lines = first if isinstance(first, list) else first.splitlines(keepends=True)[:HEADER_LINES]
+    lines = content[:1_000_000].splitlines(keepends=True)[:HEADER_LINES]
     begin = next((number for number, line in enumerate(lines) if POINT_LINE.match(line)), None)
     if begin is None or DECIMAL_COMMA.match(lines[begin]):
         if comma := next((line for line in lines if DECIMAL_COMMA.match(line)), None):
