@@ -5,7 +5,7 @@ PART_OF = "sealtwin"
 TRACING_NUMBER = 3
 """Version of the tracing code. Increase it by one whenever the same photo, drawing or mesh gives different walls."""
 
-SOLIDS_NUMBER = 2
+SOLIDS_NUMBER = 3
 """Version of the solid and trajectory code. Increase it if the same walls and settings give another solid or path.
 
 Benchmark results for drawn walls depend on this number, and not on ``TRACING_NUMBER``."""

@@ -20,7 +20,7 @@ Quantity = Literal["level", "depth"]
 """Direction of the readings. level is measured upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "µm", "inch"]
 MICROMETRES = ("um", "\u03bcm", "micron")  # Other spellings of µm. The second one has a Greek letter.
-AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction|face|position|spill|repeats")
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|face|position|spill|holes|repeats")
 """Pattern of an answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the
 whole sheet."""
 
@@ -35,7 +35,7 @@ Role = Literal["calibrated-on", "held-out", "undeclared"]
 held-out: the fluid was not tuned on them. Only such readings can validate."""
 DIGIT_MM = 0.01  # Last digit of a digital caliper
 PDF = "report.pdf"  # File of the report that is written if output.pictures is True
-OF_CALIPERS = ("resolution_mm", "rounding", "datum_error_mm")
+OF_CALIPERS = ("resolution_mm", "rounding", "probe_mm", "datum_error_mm")
 """Settings of [readings] that a scan does not have."""
 SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
@@ -84,7 +84,7 @@ class Declared(Settings):
     """Columns of the sheet. They are needed if its header does not name them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet. Give cells ("E7"), columns ("E") or rows ("7") that are right as they are.
-    Give "sign", "unit", "datum" or "direction" if this property of the whole sheet is right. Give "repeats" if rows
+    Give "sign" or "unit" if this property of the whole sheet is right. Give "repeats" if rows
     with the same position, or without one, are repeats."""
     datum: Datum = "sample_surface"
     """Surface from which the readings are measured. Default: the sample's surface, which is the face."""
@@ -101,7 +101,7 @@ class Declared(Settings):
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
                     f"{answer!r:.40} is not an answer: give a cell ("
-                    '"E7"), a column ("E"), a row ("7"), or sign, unit, datum, direction or repeats'
+                    '"E7"), a column ("E"), a row ("7"), or sign, unit or repeats'
                 )
         return answers
 
@@ -123,8 +123,8 @@ class Readings(Declared):
     level_1_mm, level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from the face), or the columns that
     the lab writes. Give file or scan."""
     scan: Path | None = None
-    """Path of a scan of the sealed face: points or triangles (PLY, STL, XYZ, CSV), or a height map (16-bit PNG or
-    TIFF). Give file or scan."""
+    """Path of a scan of the sealed face: points or triangles (PLY, STL, OBJ, GLB, XYZ, CSV), or a height map (PNG
+    or TIFF). Give file or scan."""
     placement: Placement | None = None
     """Unit and position of the scan. Required for a scan."""
     data: DataKind
@@ -152,8 +152,7 @@ class Readings(Declared):
     Default: 0.02, as for digital calipers up to 150 mm. The error of the scale then counts as undeclared. For a scan:
     the limit of the scanner's error that its noise does not show, which otherwise counts as undeclared."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
-    """Width of the tip that touches the sealant. The tip reads the highest point below it. For a scan: the width of a
-    tip whose readings are given beside the level. Default for a scan: 2."""
+    """Width of the tip that touches the sealant. The tip reads the highest point below it."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
     """Standard uncertainty of the datum's height, which is common to all readings."""
 

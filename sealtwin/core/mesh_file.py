@@ -1,4 +1,4 @@
-"""Readers of mesh files. STL, PLY and GLB are read with trimesh.
+"""Readers of mesh files. STL, PLY and GLB, and OBJ of a scan, are read with trimesh.
 
 trimesh gets the bytes of the file and no resolver, so it cannot open a second file such as a material, a texture or a
 buffer. The number of triangles that trimesh reads is compared with the number that the file lists, for two reasons.
@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -29,14 +30,23 @@ MAX_TRIANGLES = 2_000_000
 """Largest number of triangles that are read. Checking and cutting them takes 2 GB of memory.
 
 The limit allows a scan of a face of 160 x 40 mm with a point every 0.08 mm, a tenth of a particle."""
+MAX_POINTS = 5_000_000  # Largest number of vertices of a PLY, and of points of a scan
 BEYOND_ANY_UNIT = 1e9  # Limit of a coordinate, in the unit of the file: one kilometre in micrometres
 
+T = TypeVar("T")
 COMMA = re.compile(rb"^[ \t]*(?:v[ \t]|vertex[ \t])?[ \t]*([-+]?[0-9]+,[0-9]+)", re.IGNORECASE | re.MULTILINE)
 """Pattern of a line of coordinates whose first number has a decimal comma."""
 
 
 class UnreadableError(ValueError):
-    """Fault in the content of a mesh file. Its text completes a sentence that begins with the name of the file."""
+    """Fault in the content of a file. Its text completes a sentence that begins with the name of the file.
+
+    ``remedy`` is a sentence that says what to do.
+    """
+
+    def __init__(self, fault: str, remedy: str = "Save it again.") -> None:
+        self.remedy = remedy
+        super().__init__(fault)
 
 
 @dataclass(frozen=True)
@@ -44,59 +54,79 @@ class Triangles:
     """Triangles of a mesh file, in the unit and the axes of the file."""
 
     vertices: Floats  # Coordinates, (v, 3)
-    faces: Integers  # Vertex numbers of the triangles, (f, 3)
+    faces: Integers  # Vertex numbers of the triangles, (f, 3). No rows for a file of points
 
 
-def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
+def read_mesh(path: Path, remedy: str | None = None, *, is_scan: bool = False) -> Triangles:
     """Read the triangles of an STL, PLY or GLB file, in the unit and the axes of the file.
+
+    A scan may also be an OBJ file, or have points instead of triangles.
 
     Raises InputError if the file is missing or too large, if its format does not match its suffix, or if it has no
     triangles, polygons with more than three corners, or a number that is not finite. If the content is at fault, the
-    message ends with ``remedy``.
+    message ends with ``remedy``. Without it, the message has the remedy of the fault.
     """
-    suffix = path.suffix.lower()
-    if not path.is_file():
-        raise InputError(f"{path}: no such mesh file. {remedy}")
-    if suffix not in READERS:
-        names = ", ".join(name[1:].upper() for name in READERS)
+    suffix, readers = path.suffix.lower(), {**READERS, ".obj": _read_obj} if is_scan else READERS
+    if suffix not in readers and path.is_file():
+        names = ", ".join(name[1:].upper() for name in readers)
         raise InputError(f"{path}: not a supported mesh format. Export triangles to one file: {names}.")
+
+    def read(content: bytes) -> Triangles:
+        try:
+            mesh = readers[suffix](content)
+        except Exception as fault:
+            if comma := COMMA.search(content):
+                raise UnreadableError(
+                    f"numbers have decimal commas, as in {comma[1].decode()}", "Save the mesh with decimal points."
+                ) from fault
+            raise
+        if not (is_scan or len(mesh.faces)):
+            raise UnreadableError("it has no triangles")
+        return mesh
+
+    load_trimesh()
+    return read_refusing_damage(path, read, remedy)
+
+
+def read_refusing_damage(path: Path, read: Callable[[bytes], T], remedy: str | None = None) -> T:
+    """Return what ``read`` makes of a file's content.
+
+    Raises InputError if the file is missing or too large, or if ``read`` raises any error. The message ends with
+    ``remedy``, or else with that of an UnreadableError.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file. {remedy or 'Correct its path.'}")
     if (size := path.stat().st_size) > LARGEST_BYTES:
         raise InputError(
             f"{path}: the file has {size / 1e6:.0f} MB, but at most {LARGEST_BYTES / 1e6:.0f} MB are allowed. Simplify "
-            "or crop the mesh, or save it as a binary file."
+            "or crop it, or save it as a binary file."
         )
     content = read_bytes(path, LARGEST_BYTES)
-    load_trimesh()
     try:
-        # Very large numbers and signalling NaNs cause warnings here. Both are refused below.
+        # Very large numbers and signalling NaNs cause warnings here. Both are refused elsewhere.
         with warnings.catch_warnings(), np.errstate(over="ignore", invalid="ignore"):
             warnings.simplefilter("ignore")
-            # NumPy only warns if text that is not a number ends an array early, and triangles would then be lost.
+            # NumPy only warns if text that is not a number ends an array early, and numbers would then be lost.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
-            return READERS[suffix](content)
-    except Exception as fault:  # For damaged bytes, trimesh raises exceptions of any kind.
-        if comma := COMMA.search(content):
-            number = comma[1].decode()
-            raise InputError(
-                f"{path}: numbers have decimal commas, as in {number}. Save the mesh with decimal points."
-            ) from fault
-        wrong = str(fault) or type(fault).__name__
-        if not isinstance(fault, UnreadableError):
-            wrong = f"its content cannot be parsed ({wrong})"
-        raise InputError(f"{path}: not a readable {suffix[1:].upper()}: {wrong}. {remedy}") from fault
+            return read(content)
+    except Exception as fault:  # For damaged bytes, readers raise exceptions of any kind.
+        wrong = fault
+        if not isinstance(wrong, UnreadableError):
+            wrong = UnreadableError(f"its content cannot be parsed ({str(fault) or type(fault).__name__})")
+        kind = path.suffix[1:].upper()
+        raise InputError(f"{path}: not a readable {kind}: {wrong!s:.300}. {remedy or wrong.remedy}") from fault
 
 
-def _refuse_too_many(count: int) -> None:
-    if count > MAX_TRIANGLES:
-        raise UnreadableError(
-            f"it has {count} triangles, but at most {MAX_TRIANGLES} are allowed; simplify or crop the mesh"
-        )
+def refuse_too_many(count: int, limit: int = MAX_TRIANGLES, noun: str = "triangles") -> None:
+    """Raise UnreadableError if a file has more than ``limit`` triangles or other parts."""
+    if count > limit:
+        raise UnreadableError(f"it has {count:,} {noun}, but at most {limit:,} are allowed", "Crop it or thin it out.")
 
 
 def _checked(vertices: Floats, faces: Integers) -> Triangles:
-    _refuse_too_many(len(faces))
+    refuse_too_many(len(faces))
     if not len(faces):
-        raise UnreadableError("it has no triangles")
+        return Triangles(vertices, faces)
     count = len(vertices)
     if not 0 <= faces.min() <= faces.max() < count:
         raise UnreadableError(f"a face refers to vertex {faces.max()} (counted from 0), but there are {count} vertices")
@@ -108,7 +138,7 @@ def _checked(vertices: Floats, faces: Integers) -> Triangles:
 
 
 def _read_scene(content: bytes, kind: str, listed: float | None = None) -> Triangles:
-    """Return the triangles of all meshes of a scene, placed by the scene's nodes.
+    """Return the triangles of all meshes of a scene, placed by the scene's nodes, or its points if it has no triangles.
 
     ``listed`` is the number of faces that the file lists. Raises UnreadableError if trimesh reads another number.
     """
@@ -117,11 +147,14 @@ def _read_scene(content: bytes, kind: str, listed: float | None = None) -> Trian
     scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
     nodes = [scene.graph[name][1] for name in scene.graph.nodes_geometry]
     count = sum(len(getattr(scene.geometry[name], "faces", ())) for name in nodes)
-    _refuse_too_many(count)
+    refuse_too_many(count)
     if listed not in (None, count):
         raise UnreadableError(
             f"it lists {listed:g} faces, but {count} triangles can be read; the file is incomplete or has polygons"
         )
+    if not count and nodes:
+        points = np.vstack([getattr(part, "vertices", np.empty((0, 3))) for part in scene.dump()])
+        return Triangles(np.asarray(points, float), np.empty((0, 3), np.int64))
     mesh = scene.to_mesh()
     return _checked(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
 
@@ -143,19 +176,28 @@ def _in_ascii(text: bytes) -> bytes:
 
 def _read_ply(content: bytes) -> Triangles:
     header, end, body = content.partition(b"end_header")
-    count = re.search(rb"^element face (\d+)", header, re.MULTILINE)
-    if not count:
-        raise UnreadableError("it has no faces")
+    points, faces = (
+        int(count[1]) if (count := re.search(rb"^element %b (\d+)" % name, header, re.MULTILINE)) else 0
+        for name in (b"vertex", b"face")
+    )
+    refuse_too_many(points, MAX_POINTS, "points")
     if b"format ascii" in header:
         # trimesh rounds the numbers of a text file to the type that the header states.
         header = re.sub(rb"property float(32)? ", b"property double ", header)
-    return _read_scene(_in_ascii(header) + end + body, "ply", int(count[1]))
+    mesh = _read_scene(_in_ascii(header) + end + body, "ply", faces)
+    if not faces and len(mesh.vertices) != points:
+        raise UnreadableError(f"it lists {points:,} points, but {len(mesh.vertices):,} can be read")
+    return mesh
+
+
+def _read_obj(content: bytes) -> Triangles:
+    return _read_scene(content, "obj")
 
 
 def _read_glb(content: bytes) -> Triangles:
     scene = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
     # For an accessor without data, trimesh makes as many zeros as the file's count claims.
-    _refuse_too_many(max((accessor["count"] for accessor in scene.get("accessors", ())), default=0) // 3)
+    refuse_too_many(max((accessor["count"] for accessor in scene.get("accessors", ())), default=0) // 3)
     return _read_scene(content, "glb")
 
 

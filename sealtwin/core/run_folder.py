@@ -159,9 +159,8 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
     with holding(path):
         for stale in filter(is_temporary, path.iterdir()):
             stale.unlink()
-        folder = RunFolder(path, _read_manifest(path))
-        refuse_links(path)
-        yield folder
+        refuse_links(path)  # First, since the manifest of a folder with a link names files elsewhere
+        yield RunFolder(path, _read_manifest(path))
 
 
 def look_into(path: Path) -> RunFolder:

@@ -25,12 +25,9 @@ class ScanFigures:
     """Fraction of the uncracked face around the crack that was scanned."""
     tilt_deg: float
     """Angle by which the scan was tilted to make the face horizontal."""
-    agreement: float | None
-    """Correlation of the scan's hollow or heap with the crack's mouth, at most 1. None if neither is recognised."""
-    agreement_turned: float | None
-    """Largest such correlation if the scan is turned by more than 30 degrees. None with named points."""
     edges_agreeing: float | None
-    """Fraction of the crack along which the edges in the scan agree with the mouth's. None as above."""
+    """Fraction of the crack along which the edges in the scan agree with the mouth's. None if no crack is recognised.
+    """
     points_off_mm: float | None
     """RMS distance of the named points from their places. None without named points."""
     along_sd_mm: float
@@ -39,17 +36,10 @@ class ScanFigures:
     """Side of the square cells in which heights are medians of points."""
     holes_mm: tuple[Span, ...]
     """Stretches of the crack without enough points for a level."""
-    left_out: float
-    """Fraction of the sealant's surface in patches of less than 12 mm² that step away from the rest: dirt, bubbles or
-    strays."""
     mean_level_mm: float
     """Mean of the level over the stations."""
     mean_level_95_mm: float
     """Half-width of the 95 % interval of the mean level."""
-    tip_mm: float
-    """Width of the caliper's tip that ``tip_higher_mm`` assumes."""
-    tip_higher_mm: float
-    """Mean difference between the reading of a caliper in the middle of the crack and the level."""
     over_face_mm3: float
     """Volume of sealant above the face, over the mouth and beside it."""
     over_face_95_mm3: float

@@ -7,11 +7,10 @@ from typing import Any
 import cv2
 import numpy as np
 from scipy.ndimage import distance_transform_edt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from skimage.measure import label
 
-from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import Booleans, Floats, Integers, counted_up, unit
+from sealtwin.core.arc_length import arc_length, at_arc_length
+from sealtwin.core.arrays import Booleans, Floats, counted_up, unit
 
 MAD = 1.4826  # Standard deviation of a normal distribution, in median distances from its median
 STRAY = 6.0  # Distance of a stray cell from the median of its neighbours, in standard deviations of this distance
@@ -27,10 +26,7 @@ def grid_along(centreline_mm: Floats, half_mm: float, cell_mm: float) -> tuple[F
     s_mm = np.arange(0.0, length_mm, max(cell_mm, length_mm / MOST_COLUMNS))
     across_mm = np.linspace(-half_mm, half_mm, max(int(2 * half_mm / cell_mm), 8))
     ahead = unit(np.gradient(centreline_mm, axis=0))
-    middle_mm, way = (
-        np.column_stack([np.interp(s_mm, points_s_mm, column) for column in points.T])
-        for points in (centreline_mm, ahead)
-    )
+    middle_mm, way = (at_arc_length(points, points_s_mm, s_mm) for points in (centreline_mm, ahead))
     x_mm = middle_mm[:, 0] - across_mm[:, None] * way[:, 1]
     return s_mm, across_mm, x_mm, middle_mm[:, 1] + across_mm[:, None] * way[:, 0]
 
@@ -81,18 +77,16 @@ class HeightMap:
         Such patches are dirt, bubbles, or strays side by side. Speckles and missing cells make no step.
         """
         height_mm = cv2.medianBlur(self.filled().astype(np.float32), 3)
-        number = np.full(region.shape, -1)
-        number[region] = np.arange(region.sum())
-        pairs = list[Integers]()
-        for lower, upper in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
-            joined = region[lower] & region[upper] & (np.abs(height_mm[lower] - height_mm[upper]) <= step_mm)
-            pairs.append(np.stack([number[lower][joined], number[upper][joined]]))
-        row, column = np.hstack(pairs)
-        graph = coo_array((np.ones(len(row)), (row, column)), shape=(region.sum(), region.sum()))
-        patch = connected_components(graph, directed=False)[1]
-        small = np.zeros(region.shape, dtype=bool)
-        small[region] = np.bincount(patch)[patch] * self.cell_mm**2 < area_mm2
-        return small
+        # Links between cells lie between them in a grid of twice the size.
+        linked = np.zeros(2 * np.array(region.shape) - 1, dtype=bool)
+        linked[::2, ::2] = region
+        for link, lower, upper in (
+            (np.s_[1::2, ::2], np.s_[1:], np.s_[:-1]),
+            (np.s_[::2, 1::2], np.s_[:, 1:], np.s_[:, :-1]),
+        ):
+            linked[link] = region[lower] & region[upper] & (np.abs(height_mm[lower] - height_mm[upper]) <= step_mm)
+        patch = np.asarray(label(linked, connectivity=1))[::2, ::2]
+        return region & (np.bincount(patch.ravel())[patch] * self.cell_mm**2 < area_mm2)
 
     def filled(self, cells: float = np.inf) -> Floats:
         """Return the heights, (rows, columns). A missing one up to ``cells`` from a known one gets its height."""

@@ -1,6 +1,6 @@
 """Search the position of a crack in a levelled scan: where its hollow or heap agrees best with the mouth."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -45,6 +45,11 @@ class Pose:
     def back(self, points_mm: Floats) -> Floats:
         """Return points, (n, 2), before this pose was applied."""
         return (points_mm - [self.x_mm, self.y_mm]) @ _turn(self.turn_deg)
+
+    @property
+    def is_allowed(self) -> bool:
+        """True if the axes of the scan and the photo agree up to ``MOST_TURN_DEG``."""
+        return abs((self.turn_deg + 180) % 360 - 180) <= MOST_TURN_DEG
 
     def moved(self, about_mm: Floats, turn_deg: float, shift_mm: Floats) -> "Pose":
         """Return the pose followed by a turn about a point, (2,), and a shift, (2,)."""
@@ -186,36 +191,20 @@ class MouthSearch:
         corner_mm = np.array([-self.map.corner_mm[0] - width_mm, self.map.corner_mm[1]])
         return replace(self, map=HeightMap(corner_mm, self.map.cell_mm, self.map.height_mm[:, ::-1]))
 
-    def near(self, candidate: Candidate) -> Candidate:
-        """Return the best position near another one."""
-        pose = self.refined(candidate.pose)
-        return Candidate(pose, self.agreement(pose))
-
-    def best(self, *, turned: bool) -> Candidate:
-        """Return the best position, of those turned by more than ``MOST_TURN_DEG`` or of the others."""
-        candidates = [entry for entry in self._candidates if (abs(entry.pose.turn_deg) > MOST_TURN_DEG) == turned]
-        candidates.sort(key=lambda entry: -entry.agreement)
-        return max(
-            map(self.near, candidates[:REFINED]),
-            key=lambda entry: entry.agreement,
-            default=Candidate(Pose(0.0, 0.0, 0.0), -1.0),
+    def best(self, is_usable: Callable[[Pose], bool]) -> Candidate:
+        """Return the best usable position. Its agreement is -1 if there is none."""
+        usable = sorted(
+            (entry for entry in self._candidates if is_usable(entry.pose)), key=lambda entry: -entry.agreement
         )
+        poses = [pose for pose in (self.refined(entry.pose) for entry in usable[:REFINED]) if is_usable(pose)]
+        candidates = [Candidate(pose, self.agreement(pose)) for pose in poses]
+        return max(candidates, key=lambda entry: entry.agreement, default=Candidate(Pose(0.0, 0.0, 0.0), -1.0))
 
-    def rivals(self, best: Candidate) -> list[Candidate]:
-        """Return at most one position, the best one away from another one and turned by as much as allowed."""
-        middle_mm, away_mm = self.samples_mm.mean(axis=0)[None], self.target.width_mm * np.array(RIVAL_WIDTHS)
-
-        def is_away(rival: Candidate) -> bool:
-            apart_mm = self.target.axes @ (best.pose.apply(rival.pose.back(middle_mm)) - middle_mm)[0]
-            return abs(rival.pose.turn_deg) <= MOST_TURN_DEG and bool((np.abs(apart_mm) > away_mm).any())
-
-        away = sorted(filter(is_away, self._candidates), key=lambda entry: -entry.agreement)
-        return [*filter(is_away, map(self.near, away[:1]))]
-
-    def beside(self, pose: Pose) -> float:
-        """Return the share of the face around the mouth that is a hollow or a heap."""
-        picture, seen = self.seen(pose.back(self.samples_mm[self.template == 0]))
-        return float(picture[seen].mean()) if seen.any() else 0.0
+    def is_rival(self, pose: Pose, best: Pose) -> bool:
+        """Return True if a position is allowed, and away from the best one."""
+        middle_mm = self.samples_mm.mean(axis=0)[None]
+        apart_mm = self.target.axes @ (best.apply(pose.back(middle_mm)) - middle_mm)[0]
+        return pose.is_allowed and bool((np.abs(apart_mm) > self.target.width_mm * np.array(RIVAL_WIDTHS)).any())
 
     def agreement(self, pose: Pose) -> float:
         """Return the correlation of the scan's hollows and heaps with the mouth, -1 to 1."""

@@ -12,32 +12,29 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sealtwin.core.arrays import Booleans, Floats
+from sealtwin.core.arrays import Booleans, Floats, unit
 from sealtwin.core.errors import InputError
-from sealtwin.scan.edge_fit import AGREES_MM, LEAST_AGREEING, LEAST_AGREEMENT, SURE_AGREEMENT, EdgeFit, Edges
+from sealtwin.scan.edge_fit import AGREES_MM, LEAST_AGREEING, SURE_AGREEING, EdgeFit, Edges
 from sealtwin.scan.height_map import MAD, HeightMap
 from sealtwin.scan.mouth_search import MOST_TURN_DEG, NEAR_FACE_MM, MouthSearch, Pose, Target
 from sealtwin.scan.settings import MM, UPRIGHT_DEG, NamedPoint, Placement
 
 MOST_TILT_DEG = 30.0  # Largest angle between the upward axis and the face's normal, and between the axes along the face
+STEEPEST, TINY = np.cos(np.radians(MOST_TILT_DEG)), 1e-12  # Smallest upward part of the normal; length without one
 MARGIN_MM = 15.0  # The face is judged up to this distance from the mouth
 BESIDE_MM = 1.5  # The face begins at this distance from the mouth, whose edges may be broken or covered
 FEWEST_OF_FACE = 0.4  # Smallest share of the face around the crack that a scan must show
 SPANS = 0.5, 20.0  # Smallest and largest extent of a scan, divided by the extent of the crack
 SCALE_OFF = 0.05  # Largest relative difference between the sizes of scan and sample
-MOST_OFF = 0.25  # Largest logarithm of a size that covered or worn edges explain
-SURE_SD = 4.0  # And by so many standard deviations
+SURE_SD = 4.0  # Smallest difference of the crack's size that is certain, in standard deviations
 APART_MM = 5.0  # Smallest spread of named points across their longest line
 POINT_OFF_MM = 1.5  # Largest RMS distance of named points from their places, and of the crack from its place by them
 FEWEST_NEAR = 100  # Smallest number of points of the face at the height of the named points
-MOST_ALONG_MM = 1.0  # Largest standard uncertainty of the position along the crack by the mouth
+MOST_ALONG_MM = 1.5  # Largest standard uncertainty of the position along the crack by the mouth
 UNSEEN_SD_MM = 0.3  # Standard uncertainty of the position by named points if the crack is not recognised
 MOST_TILTED_DEG = 5.0  # Largest angle between the face and the plane of named points, or the largest plane
-ALIKE = 0.03  # Difference of the agreements below which two positions cannot be distinguished
-SURER = 0.08  # Difference of the agreements above which one position is clearly better
-NOT_THERE, MUCH_BESIDE = 0.2, 0.1
-"""Largest agreement of a mouth without a hollow or heap, and smallest share of the face beside it that has one."""
-LEAST_AREA = 3.0  # Smallest area of a scan, divided by the area of the mouth
+ALIKE = 0.03  # Difference of the correlations below which two positions cannot be distinguished
+SURER = 0.15  # Difference of the shares of agreeing edges above which one position is clearly better
 REMEDY = "Give at least three named points in readings.placement.points."
 CELLS_MM, ACROSS, FINER = (0.4, 1.0), 3.0, 4.0
 """Smallest and largest cell of the search, its cells across the mouth, and how much finer the last step is."""
@@ -61,10 +58,7 @@ class Placed:
     in_plane: float  # Share of the scanned face that lies in its plane
     off_points_mm: float | None  # Height of this plane above the named points. None without
     tilt_deg: float  # Angle by which the scan was tilted
-    agreement: float | None  # Correlation of the hollow or heap with the mouth. None if none is recognised
-    agreeing: float | None  # Share of the crack along which the edges agree. None if none is recognised
-    size: float  # Size of the scan's crack divided by the mouth's, 1 unless it surely differs
-    turned: float | None  # Largest such correlation of a scan turned further than allowed. None with points
+    agreeing: float | None  # Share of the crack along which the edges agree. None if no crack is recognised
     points_off_mm: float | None  # RMS distance of the named points from their places. None without
     along_sd_mm: float  # Standard uncertainty of the position along the crack
     across_sd_mm: float  # The same across the crack
@@ -96,36 +90,25 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
     moved_mm, tilt_deg = _on_the_face(points_mm, near_mm, path)
     levelled_mm, placed_mm = np.split(moved_mm, [len(moved_mm) - len(placed_mm)])
     few_mm, cell_mm = _sample(levelled_mm, SEARCHED), np.clip(target.width_mm / ACROSS, *CELLS_MM)
-    search, finer = (MouthSearch.of(few_mm, target, cell_mm / times) for times in (1.0, FINER))
+    search = MouthSearch.of(few_mm, target, cell_mm)
     if search.map.cell_mm > target.width_mm / 2:
         raise InputError(
             f"{path}: points {search.map.cell_mm:.2g} mm apart are too far for a crack of {target.width_mm:.2g} mm. "
             f"Scan it with a point every {target.width_mm / CELLS_ACROSS:.2g} mm."
         )
-    edges = Edges.of(finer)
-    if off_mm is not None:
-        pose, turned, size = Pose(0.0, 0.0, 0.0), None, 1.0
+    edges = Edges.of(MouthSearch.of(few_mm, target, cell_mm / FINER))
+    if off_mm is None:
+        fit = _by_mouth(search, edges, path)
+        pose, along_sd_mm, across_sd_mm = fit.pose, fit.along_sd_mm, fit.across_sd_mm
+        heights, face, coverage = _face_of(pose.apply(levelled_mm), target, path)
+    else:
+        heights, face, coverage = _face_of(levelled_mm, target, path)
         fit = _at_points(search, edges, max(POINT_OFF_MM, limit_mm or 0.0), path)
         # The distance of the crack from its place shows errors that all points share.
-        apart_mm = np.zeros(2)
+        apart_mm = np.full(2, UNSEEN_SD_MM)
         if fit is not None:
             apart_mm = np.maximum(edges.apart_mm(fit.pose) - [2 * fit.along_sd_mm, 2 * fit.across_sd_mm], 0.0)
-        else:
-            apart_mm += UNSEEN_SD_MM
         along_sd_mm, across_sd_mm = np.hypot(off_mm / np.sqrt(len(placement.points)), apart_mm).tolist()
-    else:
-        fit, turned, size = _by_mouth(search, edges, path)
-        pose, along_sd_mm, across_sd_mm = fit.pose, fit.along_sd_mm, fit.across_sd_mm
-    moved_mm = pose.apply(levelled_mm)
-    heights = _mapped(moved_mm, target)
-    face = _face_around(heights, target)
-    coverage = float((face & heights.known).sum() / max(face.sum(), 1))
-    if coverage < FEWEST_OF_FACE:
-        raise InputError(
-            f"{path}: shows {coverage:.0%} of the face up to {MARGIN_MM:g} mm beside the crack, but at least "
-            f"{FEWEST_OF_FACE:.0%} are needed for the height of the face. Scan the face on both sides of the "
-            f"crack, with a point every {heights.cell_mm:.2g} mm."
-        )
     heights, covariance, residual_mm, in_plane, plane, centre_mm = _levelled_on_face(heights, face)
     slope_deg = float(np.degrees(np.arctan(np.hypot(*plane[1:]))))
     above_mm = plane[0] + (placed_mm[:, :2] - centre_mm) @ plane[1:] - placed_mm[:, 2]
@@ -146,10 +129,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
         in_plane,
         float(above_mm.mean()) if len(above_mm) else None,
         float(np.hypot(tilt_deg, slope_deg)),
-        None if fit is None else finer.agreement(pose),
         None if fit is None else fit.agreeing,
-        size,
-        turned,
         off_mm,
         along_sd_mm,
         across_sd_mm,
@@ -177,14 +157,15 @@ def _by_points(named_mm: Floats, points: Sequence[NamedPoint], most_off_mm: floa
     if off_mm <= most_off_mm and rigid[2, 2] > 0:
         return rigid, off_mm
     # Exchanged points keep the scan's upper side up. A mirrored scan fits only with its upper side down.
-    others = [(order, *_fitted(named_mm[list(order)], places_mm)) for order in permutations(range(len(points)))]
-    upward = [(order, left_mm) for order, moved, left_mm in others if left_mm <= most_off_mm and moved[2, 2] > 0]
+    wrong = list[list[str]]()
+    for order in permutations(range(len(points))):
+        moved, left_mm = _fitted(named_mm[list(order)], places_mm)
+        if left_mm <= most_off_mm and moved[2, 2] > 0:
+            wrong.append([point.name for index, point in enumerate(points) if order[index] != index])
     if off_mm > most_off_mm:
-        cause = "Correct their coordinates."
-        if upward:
-            order = min(upward, key=lambda entry: entry[1])[0]
-            wrong = [point.name for index, point in enumerate(points) if order[index] != index]
-            cause = f"The points {' and '.join(wrong)} are exchanged: in another order they agree."
+        # A rectangle fits in several orders, so that only the fewest exchanged points are likely.
+        fewest = " or ".join(" and ".join(names) for names in wrong if len(names) == min(map(len, wrong)))
+        cause = f"The points {fewest} are exchanged: in another order they agree." if wrong else "Correct them."
         raise InputError(f"{path}: the named points are {off_mm:.1f} mm (RMS) from their places. {cause}")
     raise InputError(
         f"{path}: the named points agree to {off_mm:.2f} mm only if the scan is turned upside down. The scan is "
@@ -226,39 +207,29 @@ def _on_the_face(points_mm: Floats, near_mm: Floats, path: Path) -> tuple[Floats
     Of the points ``near_mm``, the plane has the smallest 40 % quantile of distances (least quantile of squares,
     Rousseeuw & Leroy 1987).
     """
-    random = np.random.default_rng(0)
-    some = _sample(near_mm, SAMPLED)
+    random, some = np.random.default_rng(0), _sample(near_mm, SAMPLED)
     corners = some[random.integers(len(some), size=(PLANES, 3))]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1)
-    steepest = np.cos(np.radians(MOST_TILT_DEG))
-    usable = np.abs(normals[:, 2]) > steepest * np.maximum(lengths, 1e-12)
-    no_face = InputError(
-        f"{path}: no plane within {MOST_TILT_DEG:g} degrees of the upward axis: set readings.placement.up to the axis "
-        "that points out of the face."
-    )
-    if not usable.any():
-        raise no_face
-    normals, corners = normals[usable], corners[usable]
-    normals *= np.sign(normals[:, 2:]) / np.linalg.norm(normals, axis=1)[:, None]
-    few = _sample(some, FEW)
-    away = np.abs(few @ normals.T - (normals * corners[:, 0]).sum(axis=1))
-    best = int(np.quantile(away, OF_FACE, axis=0).argmin())
-    normal, height = normals[best], float(normals[best] @ corners[best, 0])
-    spread = np.quantile(away[:, best], OF_FACE) * 1.9  # 40 % of a normal distribution are within 0.524 sd
+    normals = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) + TINY)
+    few = some[random.integers(len(some), size=FEW)]
+    away_mm = np.quantile(np.abs(few @ normals.T - (normals * corners[:, 0]).sum(axis=1)), OF_FACE, axis=0)
+    away_mm[np.abs(normals[:, 2]) < STEEPEST] = np.inf
+    best = int(away_mm.argmin())
+    normal, height_mm = normals[best], float(normals[best] @ corners[best, 0])
+    spread_mm = away_mm[best] * 1.9  # 40 % of a normal distribution are within 0.524 sd
     for _ in range(4):
-        off = some @ normal - height
-        near = some[np.abs(off) < max(3 * spread, 1e-6)]
+        near = some[np.abs(some @ normal - height_mm) < max(3 * spread_mm, 1e-6)]
         middle = near.mean(axis=0)
         normal = np.linalg.svd(near - middle, full_matrices=False)[2][2]
         normal = normal * np.sign(normal[2])
-        height = float(normal @ middle)
-        spread = MAD * float(np.median(np.abs(near @ normal - height)))
-    if normal[2] < steepest:
-        raise no_face
+        height_mm = float(middle @ normal)
+        spread_mm = MAD * float(np.median(np.abs(near @ normal - height_mm)))
+    if normal[2] < STEEPEST:
+        raise InputError(
+            f"{path}: no plane within {MOST_TILT_DEG:g} degrees of the upward axis: set readings.placement.up to the "
+            "axis that points out of the face."
+        )
     turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])[0]
-    levelled = points_mm @ turn.as_matrix().T
-    return levelled - [0.0, 0.0, height], float(np.degrees(turn.magnitude()))
+    return points_mm @ turn.as_matrix().T - [0.0, 0.0, height_mm], float(np.degrees(turn.magnitude()))
 
 
 def _sample(points_mm: Floats, count: int) -> Floats:
@@ -268,103 +239,90 @@ def _sample(points_mm: Floats, count: int) -> Floats:
 def _at_points(search: MouthSearch, edges: Edges, most_mm: float, path: Path) -> EdgeFit | None:
     """Return the position of the crack near that by named points. None if no crack is recognised.
 
-    Raises InputError if another position agrees clearly better.
+    Raises InputError if the crack is surely elsewhere.
     """
     fit = edges.fit_near(Pose(0.0, 0.0, 0.0))
     if fit is not None and fit.agreeing >= LEAST_AGREEING:
         along_mm, across_mm = edges.apart_mm(fit.pose)
         if across_mm <= most_mm and along_mm <= most_mm + 2 * fit.along_sd_mm:
-            return edges.fit_along(fit)
-    agreement = search.agreement(Pose(0.0, 0.0, 0.0))
-    best = max((search.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
-    mirrored = max(search.mirrored.best(turned=turned).agreement for turned in (False, True))
-    if mirrored > max(agreement, best.agreement) + SURER and mirrored > SURE_AGREEMENT:
-        raise InputError(
-            f"{path}: the scan is mirrored: the crack agrees with the mouth to {max(agreement, best.agreement):.2f}, "
-            f"but mirrored to {mirrored:.2f} of 1. Export it without mirroring, and with right-handed axes."
-        )
-    elsewhere, _ = edges.certain_fit(best.pose)
-    if elsewhere is not None and best.agreement > max(agreement + SURER, SURE_AGREEMENT):
+            return fit
+    elsewhere = edges.fit(search.best(lambda _: True).pose)
+    if elsewhere is not None and elsewhere.agreeing >= SURE_AGREEING:
         shift_mm = np.hypot(*edges.apart_mm(elsewhere.pose))
         raise InputError(
-            f"{path}: at the named points the crack agrees with the mouth only to {agreement:.2f}, but {shift_mm:.1f} "
-            f"mm away and turned by {best.pose.turn_deg:.0f} degrees to {best.agreement:.2f} of 1. Points are "
-            "exchanged, or their coordinates are wrong."
-        )
-    beside = search.beside(Pose(0.0, 0.0, 0.0))
-    if agreement < NOT_THERE and beside > MUCH_BESIDE:
-        raise InputError(
-            f"{path}: at the named points, {beside:.0%} of the face beside the mouth is a hollow or a heap, but the "
-            "mouth is not. The scan may be of another sample, sealant or tape may cover the face, or the coordinates "
-            "of the points are wrong: sample_mm is x to the right and y up."
+            f"{path}: the crack is {shift_mm:.1f} mm away from its place by the named points, and turned by "
+            f"{elsewhere.pose.turn_deg:.0f} degrees. Points are exchanged, or their coordinates are wrong: sample_mm "
+            "is x to the right and y up."
         )
     return None
 
 
-def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> tuple[EdgeFit, float, float]:
+def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> EdgeFit:
     """Return the position at which the edges of the hollow or heap agree best with the mouth, in finer cells.
 
-    Also returns the best agreement of a position that is turned by more than ``MOST_TURN_DEG``, and the size. The user
-    excludes such positions and the mirror image, so they matter only if they agree better.
+    The user excludes positions that are turned by more than ``MOST_TURN_DEG``, and the mirror image, so they matter
+    only if they agree better: a crack that looks alike from both ends is placed as the axes say.
     """
-    best, turned = (search.best(turned=turned) for turned in (False, True))
-    mirrored = max((search.mirrored.best(turned=turned) for turned in (False, True)), key=lambda entry: entry.agreement)
-    highest = max(best.agreement, turned.agreement, mirrored.agreement)
-    if highest < LEAST_AGREEMENT and (share := search.map.known.sum() / search.template.sum()) < LEAST_AREA:
-        raise InputError(
-            f"{path}: the scan shows {share:.1f} times the area of the crack's mouth. Most of the face is missing: "
-            "scan it on both sides of the crack."
-        )
-    fit, certainty = edges.certain_fit(best.pose)
+    best, turned = search.best(lambda pose: pose.is_allowed), search.best(lambda pose: not pose.is_allowed)
+    mirrored = search.mirrored.best(lambda _: True)
+    fit = edges.fit(best.pose)
+    agreeing = 0.0 if fit is None else fit.agreeing
+    if agreeing < LEAST_AGREEING:
+        around = _mapped(np.zeros((0, 3)), search.target)
+        face_mm2 = _face_around(around, search.target).sum() * around.cell_mm**2
+        seen_mm2 = (search.map.known.sum() - search.template.sum()) * search.map.cell_mm**2
+        _require_face(max(seen_mm2 / face_mm2, 0.0), search.map.cell_mm, path)
     others = (
         (turned, edges, f"turned by {turned.pose.turn_deg:.0f} degrees"),
         (mirrored, Edges.of(edges.search.mirrored), "mirrored, or its upward axis is not placement.up"),
     )
-    # A crack that looks alike from both ends is placed as the axes say.
-    least = best.agreement + (0.0 if fit is None else ALIKE)
-    doubtful = [entry for entry in others if entry[0].agreement > least]
-    judged = [(of_other.certain_fit(other.pose)[1], other.agreement, cause) for other, of_other, cause in doubtful]
-    other_certainty, agreement, cause = max(judged, default=(0.0, 0.0, ""))
-    if other_certainty > certainty + ALIKE:
+    fits = [(of_other.fit(other.pose), cause) for other, of_other, cause in others if other.agreement > best.agreement]
+    better, cause = max(((near.agreeing, cause) for near, cause in fits if near is not None), default=(0.0, ""))
+    if better > max(agreeing + SURER, LEAST_AGREEING):
         raise InputError(
-            f"{path}: the scan is {cause}: the crack agrees with the mouth to {best.agreement:.2f}, but so to "
-            f"{agreement:.2f} of 1. Export it without mirroring, with axes that agree with the photo's up to "
+            f"{path}: the scan is {cause}: edges agree with the mouth's along {agreeing:.0%} of the crack, but so "
+            f"along {better:.0%}. Export it without mirroring, with axes that agree with the photo's up to "
             f"{MOST_TURN_DEG:g} degrees, or name points."
         )
-    if fit is None:
-        near = edges.fit(best.pose)
+    if fit is None or agreeing < LEAST_AGREEING:
         raise InputError(
             f"{path}: the crack is not found in the scan: its edges agree with the mouth's (up to {AGREES_MM:g} mm) "
-            f"along {0.0 if near is None else near.agreeing:.0%} of the crack ({LEAST_AGREEING:.0%} are needed), and "
-            f"its hollow or heap to {best.agreement:.2f} ({LEAST_AGREEMENT:g} of 1 are needed). The sealant may be "
-            "level with the face, a part of the crack may be missing, the scan may be of another sample or in another "
-            f"unit, or its largest plane may be a table: crop the scan to the face. {REMEDY}"
+            f"along {agreeing:.0%} of the crack ({LEAST_AGREEING:.0%} are needed). The sealant may be level with the "
+            "face, a part of the crack may be missing, the scan may be of another sample or in another unit, or its "
+            f"largest plane may be a table: crop the scan to the face. {REMEDY}"
         )
-    size = _size_at(edges.search, fit.pose, path)
-    fit = edges.fit_along(fit)
-    rival = max((entry.agreement for entry in search.rivals(best)), default=-1.0)
-    if rival > best.agreement - ALIKE or fit.along_sd_mm > MOST_ALONG_MM:
-        raise InputError(
-            f"{path}: the crack agrees with the mouth at several positions, such as two like cracks, or along a "
-            f"straight one. {REMEDY}"
-        )
-    return fit, turned.agreement, size
-
-
-def _size_at(search: MouthSearch, pose: Pose, path: Path) -> float:
-    """Return the size of the scan's crack divided by the mouth's, or 1 if it does not surely differ.
-
-    Raises InputError if no sealant over the edges explains it.
-    """
-    size, size_sd = Edges.of(search, single=True).size(pose)
-    if abs(size - 1) <= max(SCALE_OFF, SURE_SD * size_sd):
-        return 1.0
-    if abs(np.log(size)) > MOST_OFF:
+    size, size_sd = Edges.of(edges.search, single=True).size(fit.pose)
+    if abs(size - 1) > max(SCALE_OFF, SURE_SD * size_sd):
         raise InputError(
             f"{path}: the crack is {size:.2f} times as large as the mouth. Correct the scale of the scan, such as "
             "readings.placement.units or step_mm, or that of the photo. If an edge is broken or covered, name points."
         )
-    return size
+    rival = search.best(lambda pose: search.is_rival(pose, best.pose))
+    if rival.agreement > best.agreement - ALIKE or fit.along_sd_mm > MOST_ALONG_MM:
+        raise InputError(
+            f"{path}: the crack agrees with the mouth at several positions, such as two like cracks, or along a "
+            f"straight one. {REMEDY}"
+        )
+    return fit
+
+
+def _require_face(coverage: float, cell_mm: float, path: Path) -> None:
+    """Raise InputError if less than ``FEWEST_OF_FACE`` of the face around the crack was scanned."""
+    if coverage < FEWEST_OF_FACE:
+        raise InputError(
+            f"{path}: shows only {coverage:.0%} of the face up to {MARGIN_MM:g} mm beside the crack, but at least "
+            f"{FEWEST_OF_FACE:.0%} are needed for the height of the face. Scan the face on both sides of the crack, "
+            f"with a point every {cell_mm:.2g} mm, and do not crop it to the crack."
+        )
+
+
+def _face_of(points_mm: Floats, target: Target, path: Path) -> tuple[HeightMap, Booleans, float]:
+    """Return the heights around the crack, which of its cells are face, (rows, columns), and the share that is seen."""
+    heights = _mapped(points_mm, target)
+    face = _face_around(heights, target)
+    coverage = float((face & heights.known).sum() / max(face.sum(), 1))
+    _require_face(coverage, heights.cell_mm, path)
+    return heights, face, coverage
 
 
 def _mapped(points_mm: Floats, target: Target) -> HeightMap:

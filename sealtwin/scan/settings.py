@@ -11,6 +11,7 @@ MM: dict[ScanUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
 Step = Annotated[float, Field(ge=0.001, le=10)]
 FEWEST_POINTS, MOST_POINTS = 3, 6
+LEAST_COUNT_MM = 1e-6
 
 
 class NamedPoint(Settings):
@@ -33,10 +34,13 @@ class Placement(Settings):
     step_mm: Step | tuple[Step, Step] | None = None
     """Distance between the centres of neighbouring pixels of a height map in mm, or two if those along a row and along
     a column differ. Required for a height map."""
-    count_mm: float | None = Field(default=None, ge=1e-6, le=1)
-    """Height in mm of one count of a height map. Required for a height map, in which 0 means no height."""
+    count_mm: float | None = Field(default=None, ge=-1000, le=1000)
+    """Height in mm of one count of a height map, such as 1 for a TIFF of heights in mm. Negative for a depth map, whose
+    numbers grow away from the sensor. Required for a height map. 0 means no height in whole numbers, and NaN in others.
+    """
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
-    """Axis of the scan that points out of the face, up to 30 degrees."""
+    """Axis of the scan that points out of the face, up to 30 degrees. "-z" for a camera's axes: x to the right, y down,
+    z into the face."""
     points: Annotated[tuple[NamedPoint, ...], Field(max_length=MOST_POINTS)] = ()
     """Points whose coordinates are known in the scan and on the face, at least three. Default: the position is found by
     the face's plane and the crack's mouth. The scan's axes must then agree with the photo's up to 30 degrees."""
@@ -48,6 +52,8 @@ class Placement(Settings):
 
     @model_validator(mode="after")
     def _can_place(self) -> Self:
+        if self.count_mm is not None and abs(self.count_mm) < LEAST_COUNT_MM:
+            raise ValueError(f"count_mm is {self.count_mm:g}: give at least {LEAST_COUNT_MM:g}, or -{LEAST_COUNT_MM:g}")
         names = [point.name for point in self.points]
         if twice := [name for name in names if names.count(name) > 1]:
             raise ValueError(f'two points have the name "{twice[0]}": give each its own name')

@@ -34,7 +34,7 @@ from validate.units import counted
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
-REPORT_FORM = 18  # Version of the report's content and layout. A report of another version is written again
+REPORT_FORM = 19  # Version of the report's content and layout. A report of another version is written again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest for the runs of 'sealtwin validate RUN --uncertainty', and the file with their results."""
 SEED_RUNS = "seeds.json"

@@ -19,7 +19,7 @@ from validate.settings import Declared, Readings
 from validate.units import LABELS, counted
 
 MAX_ROWS_SHOWN = 8
-SCANS = (".ply", ".stl", ".xyz", ".pts", ".png", ".tif", ".tiff")
+SCANS = (".ply", ".stl", ".obj", ".glb", ".xyz", ".pts", ".png", ".tif", ".tiff")
 WHOLE = ("sign", "unit", "datum", "direction")
 
 

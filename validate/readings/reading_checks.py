@@ -47,7 +47,8 @@ REMEDIES = {
 }
 REMEDIES_OF_SCANS = {
     "unit": "Correct the unit of the heights.",
-    "sign": "Correct readings.placement.up, the axis that points out of the face.",
+    "sign": "Heights that grow away from the sensor need a negative readings.placement.count_mm for a height map, "
+    'readings.placement.up = "-z" for a camera\'s axes (x right, y down), or else an export with z out of the face.',
 }
 ANSWERS: dict[str, dict[str, Any]] = {"span": {CONFIRMS: ["unit"]}}
 """Answers to doubts of some kinds, in addition to the cells or the kind itself."""
@@ -147,11 +148,11 @@ def check_readings(
 
 
 def check_scan(s_mm: Floats, level_mm: Floats, filling: Filling, where: Location) -> list[Doubt]:
-    """Return the warnings about the levels of a scan as a whole, (n,) each."""
+    """Return the warnings about the levels of a scan as a whole, (n,) each. That about their sign must be answered."""
     nowhere = np.zeros((len(s_mm), 1), dtype=int)
     cells = ReadCells(s_mm, level_mm[:, None], nowhere, nowhere[0], np.ones((len(s_mm), 1)))
     sheet = SheetAndCrack(cells, filling.solid.depth_mm, filling.outline.length_mm, filling)
-    return check_readings(sheet, where, (impossible_levels,), REMEDIES_OF_SCANS)
+    return check_readings(sheet, where, (heaps, impossible_levels), REMEDIES_OF_SCANS)
 
 
 def _names(cells: ReadCells, i: Any, j: Any) -> tuple[str, ...]:
@@ -317,6 +318,12 @@ def impossible_levels(sheet: SheetAndCrack) -> Iterator[Finding]:
     is_fine |= readings_mm.shape[1] > 1 and spread_mm(readings_mm) < STEADY_MM
     if 0 < within_mm < TENTH * depth_mm and is_fine:
         yield Finding("unit", f"all readings are within {within_mm:.3g} mm of the face: they may be in centimetres.")
+
+
+def heaps(sheet: SheetAndCrack) -> Iterator[Finding]:
+    """Yield a finding if the level of a scan is above the face on the whole: a depth map shows a bed as a heap."""
+    if (mean_mm := float(np.nanmean(sheet.cells.levels_mm))) > 0:
+        yield Finding("sign", f"the sealant is {mean_mm:.2f} mm above the face on average.")
 
 
 CHECKS = (

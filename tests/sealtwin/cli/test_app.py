@@ -167,4 +167,5 @@ def test_after_a_full_disk_the_same_init_completes_the_folder(tmp_path, monkeypa
         assert "Free some space" in refusal("init", tmp_path / "new")
     assert sealtwin("init", tmp_path / "new").exit_code == 0
     assert {file.name for file in (tmp_path / "new").iterdir()} >= {"trial.toml", "caliper.xlsx"}
+    (tmp_path / "new" / "trial.toml").write_text("# mine\n")
     assert "already exists" in refusal("init", tmp_path / "new")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
+from trimesh.exchange.gltf import export_glb
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -45,9 +46,12 @@ FORMATS: dict[str, str | bytes] = {
     "binary.ply": ply("binary_little_endian"),
     "big-endian.ply": ply("binary_big_endian", ">"),
     "text.ply": ply("ascii"),
+    "points.obj": "".join(f"v {row}\n" for row in rows(POINTS).splitlines()),
+    "colours.obj": "# app\n" + "".join(f"v {x} {y} {z} 0.5 0.5 0.5\n" for x, y, z in POINTS.tolist()),
+    "points.glb": export_glb(trimesh.Scene(trimesh.PointCloud(POINTS))),
     "spaces.xyz": rows(POINTS),
     "count.pts": f"{len(POINTS)}\n" + rows(POINTS, order=(0, 1, 2, 0, 0)),
-    "not measured first.xyz": "1 2 inf\n1 2 nan\n" + rows(POINTS),
+    "not measured first.xyz": "1 2 inf\n1 2 nan\n1 2 1e38\n" + rows(POINTS),
     "names and others.csv": rows(POINTS, ";", (0, 2, 1, 0), '"nx";"z_mm";"y_mm";"x_mm"\n'),
     "names with units.csv": rows(POINTS, ",", (2, 0, 1), "z [mm], x [mm], y [mm]\n"),
     "names with tabs.txt": rows(POINTS, "\t", (2, 0, 1), "z (mm)\tx (mm)\ty (mm)\n"),
@@ -63,7 +67,7 @@ def test_each_format_and_order_of_columns_gives_the_same_points(tmp_path, name):
     assert points_mm == pytest.approx(10 * POINTS, abs=2e-4)  # float32 has steps of 1e-5 at 150 cm
 
 
-@pytest.mark.parametrize("name", ["plate.stl", "plate.ply"])
+@pytest.mark.parametrize("name", ["plate.stl", "plate.ply", "plate.obj", "plate.glb"])
 def test_triangles_count_by_their_area(tmp_path, name):
     """A plate of 40 x 10 mm, cut into three triangles, of which the left one is thin."""
     corners, faces = [(0, 0, 2), (0, 10, 2), (0, 5, 2), (40, 0, 2), (40, 10, 2)], [(0, 3, 2), (2, 3, 4), (2, 4, 1)]
@@ -81,17 +85,48 @@ def test_a_height_map_has_y_up_and_nothing_where_it_is_0(tmp_path, kind):
     assert points_mm[points_mm[:, 2] > 6] == pytest.approx(np.array([[0, 9.5, 7.0]]))
 
 
+def test_a_map_of_floats_has_nothing_where_it_is_nan(tmp_path):
+    """0 is a height: a levelled face has it."""
+    pixels = np.zeros((20, 30), np.float32)
+    pixels[0, 0], pixels[19, 29], pixels[19, 28] = -0.75, np.nan, np.inf
+    points_mm = read(tmp_path, "map.tiff", picture(pixels, "TIFF"), Placement(step_mm=0.5, count_mm=1.0))
+    assert len(points_mm) == 598
+    assert points_mm[points_mm[:, 2] != 0] == pytest.approx(np.array([[0, 9.5, -0.75]]))
+
+
+def test_the_counts_of_a_depth_map_grow_away_from_the_sensor(tmp_path):
+    """Its picture is not mirrored: only z changes its sign."""
+    pixels = np.random.default_rng(1).integers(100, 900, (20, 30)).astype(np.uint16)
+    up, away = (read(tmp_path, "a.png", picture(pixels), Placement(step_mm=0.5, count_mm=mm)) for mm in (0.01, -0.01))
+    assert away == pytest.approx(up * [1, 1, -1])
+    with pytest.raises(InputError, match="count_mm is 0: give at least"):
+        Placement(step_mm=0.5, count_mm=0.0)
+
+
 FLAT = np.full((20, 30), 500, np.uint16)
 REFUSED: dict[str, tuple[str, str | bytes, str]] = {
     "no points": ("scan.xyz", "", "three numbers"),
-    "decimal commas": ("scan.csv", rows(POINTS, ";").replace(".", ","), "decimal commas"),
+    "decimal commas": (
+        "scan.csv",
+        rows(POINTS, ";").replace(".", ","),
+        r"commas, as in [^.]*\. Save it with decimal points\.$",
+    ),
     "other names": ("scan.csv", rows(POINTS, ",", header="east,north,up\n"), "east, north, up"),
     "fewer names than columns": ("scan.csv", rows(POINTS, ",", (2, 0, 1, 0), "z,x,y\n"), "3 columns.*have 4"),
-    "too many points": ("scan.ply", ply("ascii").replace(b"vertex 200", b"vertex 4000000000"), "4,000,000,000"),
+    "too many points": (
+        "scan.ply",
+        ply("ascii").replace(b"vertex 200", b"vertex 4000000000"),
+        r"4,000,000,000 .*allowed\. Crop it or thin it out\.$",
+    ),
+    "fewer points than listed": (
+        "scan.ply",
+        ply("ascii").rpartition(b"\n")[0].rpartition(b"\n")[0] + b"\n",
+        "lists 200 points, but 199 can",
+    ),
     "far from the origin": ("scan.xyz", rows(POINTS + 2e5), "from the origin.*offset"),
-    "a number that is no coordinate": ("scan.xyz", "1e38 0 0\n" + rows(POINTS), "1 points.*beyond"),
-    "8 bits": ("map.png", picture(FLAT.astype(np.uint8)), "16 bits"),
-    "another suffix": ("scan.obj", "v 1 2 3", "expected PLY"),
+    "8 bits": ("map.png", picture(FLAT.astype(np.uint8)), r"16 bits.*\. Save it as 16-bit PNG or TIFF[^.]*\.$"),
+    "one vertex": ("scan.obj", "v 1 2 3\n", "1 points"),
+    **{kind: (f"scan.{kind}", "", "CloudCompare.* as PLY") for kind in ("las", "laz", "e57", "pcd", "usdz")},
 }
 
 

@@ -164,7 +164,8 @@ def test_wrong_arguments_of_sweep_exit_with_2_and_missing_files_with_3(tmp_path,
     for arguments, code in (
         ((), 2),
         (("--example", tmp_path / "mine.toml"), 0),
-        (("--example", tmp_path / "mine.toml"), 3),
+        # A file with other content is not overwritten.
+        (("--example", lab), 3),
         ((lab, "--example", tmp_path / "other.toml"), 2),
         ((lab, lab), 2),
         ((tmp_path / "missing.toml",), 3),

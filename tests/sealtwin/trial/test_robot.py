@@ -200,6 +200,7 @@ def test_the_example_option_of_robot_writes_a_cell_file_without_a_run_folder(tmp
     assert (tmp_path / "mine.toml").read_text() == CELL.replace("{file}", "mine.toml")
     (fault,) = _refusal(run, "--cell", tmp_path / "mine.toml").splitlines()
     assert "mine.toml: taught is missing" in fault
+    (tmp_path / "mine.toml").write_text("# mine\n")
     assert sealtwin("robot", "--example", tmp_path / "mine.toml").exit_code == 3
     assert sealtwin("robot", run, "--example", tmp_path / "other.toml").exit_code == 2
     assert not (tmp_path / "other.toml").exists()

@@ -89,8 +89,10 @@ def test_a_valid_starter_trial_is_written_but_overwrites_no_file(tmp_path):
     assert (crack.depth_mm, crack.tilt, trial.solver.radius_mm) == (16.0, "lean", "auto")
     assert (fluid.viscosity_pa_s, fluid.yield_stress_pa, fluid.U) == (0.3, 2.0, None)
     assert sheet.name in trial_file.read_text()
+    trial_file.write_text("# mine\n")
     with pytest.raises(InputError, match="not overwritten"):
         write_starter(tmp_path / "new")
+    assert trial_file.read_text() == "# mine\n"
 
 
 def test_the_starter_prints_the_defaults_and_names_all_that_is_assumed(tmp_path):
