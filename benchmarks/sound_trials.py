@@ -97,6 +97,8 @@ def ingest(one: Given, folder: Path) -> Reaction:
     write_bytes(home / f"P01{one.shown.suffix}", one.shown.read_bytes())
     if (sheet := settings.pop("readings.file", None)) is not None:
         write_bytes(home / f"P01 Messung{sheet.suffix}", sheet.read_bytes())
+    if (scan := settings.pop("readings.scan", None)) is not None:
+        write_bytes(home / f"P01 scan{scan.suffix}", scan.read_bytes())
     write_toml(home / "lab.toml", settings)
     return commanded("ingest", home, out=folder / "lab")
 

@@ -105,7 +105,8 @@ def _pairing_row(sample: LabSample) -> list[str]:
     lacking = ["?" if sample.questions else "-"]
     return [
         sample.name if "photo" in sample.files else "?",
-        *(listed([*map(str, sample.files.get(role, []))] or lacking, 1) for role in ("photo", "readings")),
+        listed([*map(str, sample.files.get("photo", []))] or lacking, 1),
+        listed([f"{file}" for role in ("readings", "scan") for file in sample.files.get(role, [])] or lacking, 1),
         sample.state,
     ]
 

@@ -6,7 +6,7 @@ Links are not followed, and the files are not opened.
 import os
 import re
 import unicodedata
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Literal, get_args
@@ -18,14 +18,16 @@ from validate.readings.grid import table_of
 from validate.readings.words import WORDS, plain_letters, sample_key
 from validate.settings import Columns, Declared
 
-Role = Literal["photo", "mask", "readings", "fill", "ignore"]
-"""Role of a file. A "fill" is the CSV about a liquid that was weighed into the crack."""
+Role = Literal["photo", "mask", "readings", "scan", "fill", "ignore"]
+"""Role of a file. A "scan" replaces the sheet of readings. A "fill" is the CSV of a liquid that was weighed into the
+crack."""
 
 ROLES: tuple[Role, ...] = get_args(Role)
 NAMED_FILES: Mapping[Role, str] = {
     "photo": "photo.file",
     "mask": "photo.mask",
     "readings": "readings.file",
+    "scan": "readings.scan",
     "fill": "crack.fill.file",
 }
 """Setting of a trial that names the file, for each role."""
@@ -49,8 +51,10 @@ TABLE_SUFFIXES = {
     ".csv", ".tsv", ".xlsx", ".xlsm", ".ods", ".lvm", ".dat", ".asc", ".prn", ".tab",
     ".xls", ".xlsb", ".numbers", ".sxc", ".gsheet",  # Cannot be read, but may contain a lab's numbers
 }  # fmt: skip
+SCAN_SUFFIXES = {".ply", ".stl", ".obj", ".glb", ".xyz", ".pts"}
 POSSIBLE: Mapping[str, tuple[Role, ...]] = {
-    **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask")),
+    **dict.fromkeys(PHOTO_SUFFIXES, ("photo", "mask", "scan")),
+    **dict.fromkeys(SCAN_SUFFIXES, ("scan",)),
     **dict.fromkeys(TABLE_SUFFIXES, ("readings", "fill")),
     **dict.fromkeys(TEXT_SUFFIXES, ("readings", "fill")),
 }
@@ -222,12 +226,12 @@ def pairing_text(placed: Placed, questions: Mapping[tuple[PurePath, str], Sequen
     return sheet_text(columns, [[row.get(name, "") for name in columns] for row in rows])
 
 
-def read_decisions(path: Path, named: Mapping[PurePath, FilePlace], keys: Collection[str]) -> Placed:
+def read_decisions(path: Path, named: Mapping[PurePath, FilePlace], is_setting: Callable[[str], bool]) -> Placed:
     """Return the user's decisions: the rows of a pairing file that differ from the pairing by names.
 
-    Any spreadsheet program may have saved the file. ``keys`` are the dotted names of settings that may be columns.
-    Raises InputError with all faults: an unknown column, a file that does not exist or is not read, several rows
-    for the same part of a file, or a role that the file cannot have.
+    Any spreadsheet program may have saved the file. ``is_setting`` tells whether a column is the dotted name of a
+    setting. Raises InputError with all faults: an unknown column, a file that does not exist or is not read,
+    several rows for the same part of a file, or a role that the file cannot have.
     """
     faults = list[str]()
     by_name = {file.as_posix(): file for file in named}
@@ -239,7 +243,8 @@ def read_decisions(path: Path, named: Mapping[PurePath, FilePlace], keys: Collec
         faults += [
             f"{where}: {cells[name]!r:.80} is in the column {name!r:.80}; allowed columns are {', '.join(COLUMNS)}, "
             "and names of settings such as crack.depth_mm."
-            for name in cells.keys() - {*COLUMNS, *keys}
+            for name in cells.keys() - {*COLUMNS}
+            if not is_setting(name)
         ]
         written, role = cells.get("file", ""), cells.get("role", "")
         if (file := by_name.get(written)) is None:

@@ -19,7 +19,7 @@ from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, TABLE, Catalogue, Record, write_table
 from sealtwin.lab.files import PAIRING, TRIAL, CatalogueFault, Placed, find_files, pairing_text, read_decisions
 from sealtwin.lab.sample import Fate, LabSample, gather, pair, prepare, read_sheets
-from sealtwin.lab.sample_settings import DATE, DEPTH, OPERATOR, SCALE, SampleSettings, known_keys, read_defaults
+from sealtwin.lab.sample_settings import DATE, DEPTH, OPERATOR, SCALE, SampleSettings, is_setting, read_defaults
 from sealtwin.lab.tracing import PlannedTrace, TracedRow, trace_all
 from sealtwin.study.pipeline import check_run
 from sealtwin.study.study_folder import PROFILE
@@ -77,7 +77,7 @@ def ingest(folder: Path, lab: Path, progress: Progress, *, dry_run: bool = False
         digest, earlier = _pairing_sha256(lab), catalogue.content.sources.get(source)
         is_edited = digest not in ("", catalogue.content.pairing)
         decisions = (
-            read_decisions(lab / PAIRING, named, known_keys()) if is_edited else earlier.decisions if earlier else {}
+            read_decisions(lab / PAIRING, named, is_setting) if is_edited else earlier.decisions if earlier else {}
         )
         catalogue.content.pairing = digest
         placed = {file: decisions.get(file, [entry]) for file, entry in named.items()}
@@ -263,7 +263,7 @@ def _omitted(sample: LabSample) -> dict[str, None]:
 
     These are readings that could not be read, and a fill if it is in question or depth and tilt are unknown.
     """
-    omitted = {"readings", "gate"} if sample.dialect is None else set[str]()
+    omitted = {"readings", "gate"} if sample.dialect is None and "scan" not in sample.files else set[str]()
     is_open = sample.is_in_question("fill") or sample.stand_ins.keys() & {DEPTH, "crack.tilt"}
     return dict.fromkeys(omitted | {"crack.fill"} if is_open else omitted)
 
@@ -288,5 +288,6 @@ def _check(sample: LabSample, row: TracedRow) -> None:
                 readings = check_run(start_job(trial, home, opened, "cpu", Progress()))
             if readings is not None:
                 sample.ask(*readings.questions)
+                sample.dialect = readings.dialect
         except InputError as fault:
             sample.refuse(fault)

@@ -62,6 +62,7 @@ NEEDED = {
         'write [readings] role = "held-out", or "calibrated-on" if the readings were used to choose the fluid',
     ),
     SCALE: ("photo", 0.1, SCALES),
+    "readings.placement.units": ("scan", "mm", 'no format states the unit: write "mm", "m" or "inch"'),
 }
 """Required settings that a photo does not show, by key.
 
@@ -112,6 +113,10 @@ class LabSample:
     @property
     def key(self) -> str:
         return sample_key(self.name)
+
+    def has(self, role: Role) -> bool:
+        """Return True if there is a file with a role. A scan counts as readings too."""
+        return role in self.files or (role == "readings" and "scan" in self.files)
 
     def file(self, role: Role) -> PurePath | None:
         """Return the file with a role. Returns None if there is no such file, or if there are several."""
@@ -195,7 +200,7 @@ def pair(folder: Path, placed: Placed, lost: Sequence[str]) -> list[LabSample]:
             sample.files.setdefault(entry.role, []).append(file)
             sample.answers[entry.role, file] = entry.answers
     order = sorted(samples.values(), key=lambda sample: "photo" not in sample.files)
-    lacking = [sample for sample in order if "photo" in sample.files and "readings" not in sample.files]
+    lacking = [sample for sample in order if "photo" in sample.files and not sample.has("readings")]
     without = listed([f"{sample.files['photo'][0]}" for sample in lacking]) or "none"
     waiting = [*lost]
     for sample in order:
@@ -232,7 +237,7 @@ def gather(sample: LabSample, defaults: SampleSettings) -> None:
                 copy = _copy_of(role, file, count)
                 sample.raw.append(KeptFile(role, file.as_posix(), copy, files.sha256(path), size))
     # The folder's settings of readings, fills and walls may apply to other samples only.
-    others = (ANGLE if "fill" in sample.files else FILL, *(() if "readings" in sample.files else OF_READINGS))
+    others = (ANGLE if "fill" in sample.files else FILL, *(() if sample.has("readings") else OF_READINGS))
     sample.settings = SampleSettings().over(defaults, others)
     for (role, file), answers in sample.answers.items():
         if sample.file(role):
@@ -257,16 +262,20 @@ def prepare(sample: LabSample) -> None:
         return
     settings, photo = _settings_of(sample), sample.folder / sample.files["photo"][0]
     sample.stand_ins = {
-        key: stand_in for key, (role, stand_in, _) in NEEDED.items() if role in sample.files and key not in settings
+        key: stand_in
+        for key, (role, stand_in, _) in NEEDED.items()
+        if sample.has(role) and not _is_given(settings, key)
     }
+    if _is_given(settings, "readings.placement.step_mm"):  # A height map has counts and steps in place of a unit
+        sample.stand_ins.pop("readings.placement.units", None)
     if any(way & settings.keys() for way in ALTERNATIVES[0]):
         sample.stand_ins.pop(SCALE, None)
     for key in sample.stand_ins:
-        finding = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or give this sample's in the column {key}."
+        finding = f"{key} is missing: {NEEDED[key][2]} in {DEFAULTS}, or answer in this row."
         finding += offer_of_markers(photo) if key == SCALE else ""
         sample.ask(Doubt("setting", Location(PurePath(DEFAULTS)), finding, answers={key: None}))
     content = begun({}, sample.stand_ins | settings)
-    if not sample.files.get("readings"):
+    if not (sample.files.get("readings") or "scan" in sample.files):
         content = {name: value for name, value in content.items() if name not in ("readings", "gate")}
     try:
         trial = checked(Trial, sample.folder, content)
@@ -281,6 +290,12 @@ def prepare(sample: LabSample) -> None:
         except InputError as fault:
             sample.refuse(fault, file)
     sample.trial = trial if [raw.role for raw in sample.raw].count("photo") == 1 else None
+
+
+def _is_given(settings: Mapping[str, Any], key: str) -> bool:
+    """Return whether settings by dotted name give a key, by itself or in a table."""
+    table, _, name = key.rpartition(".")
+    return key in settings or name in settings.get(table, {})
 
 
 def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
@@ -312,7 +327,7 @@ def _settings_of(sample: LabSample) -> dict[str, Any]:
     """Return the settings of a sample's trial by dotted key, with its files."""
     given = sample.settings
     settings = {key: value for key, value in given.values.items() if key not in OWN}
-    settings |= {"name": sample.name, "readings.sample": sample.name}
+    settings |= {"name": sample.name, **({} if "scan" in sample.files else {"readings.sample": sample.name})}
     for role, key in NAMED_FILES.items():
         file = next(iter(sample.files.get(role, ())), None)
         if key in given.values and PurePath(f"{settings[key]}").name != (file and file.name):

@@ -78,7 +78,7 @@ class SampleSettings:
             value = plain(f"{value}"[:LONGEST])
         for entry in ORIGINS if key == "data" else (key,):
             origin, fault = self.origins.get(entry, where), ""
-            if entry not in known_keys():
+            if not is_setting(entry):
                 fault = KEYS
             elif origin != where:
                 fault = f"this key is also given in {origin.named()}. Keep only one of the two."
@@ -137,6 +137,12 @@ def settings_of_answers(answers: Mapping[str, str], file: PurePath) -> SampleSet
         is_list = name in LISTS and (name != "places" or len(parts) > 1)
         settings.take(SETTING.get(name, name), [*map(read, parts)] if is_list else read(text), where)
     return settings
+
+
+def is_setting(key: str) -> bool:
+    """Return whether lab.toml and pairing.csv may give a key: that of a setting, or of a part of one."""
+    parts = key.split(".")
+    return any(".".join(parts[:count]) in known_keys() for count in range(1, len(parts) + 1))
 
 
 @cache

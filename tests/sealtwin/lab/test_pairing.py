@@ -29,6 +29,7 @@ SPELLINGS = {
         "P01.csv", "p.01 Messung.xlsx", "caliper/P01.dat", "P01/Messwerte.tsv", "Tiefen P01.csv", "P01 mesures.txt",
         "Relevés/P01.csv", "P01_profondeur.csv", "P01 lecturas.xlsx", "Höhen P01.csv", "P01_Pegel.csv",
     ),
+    "scan": ("P01.ply", "P01_scan.stl", "scans/P01.xyz", "P01 heightmap.png"),
     "fill": ("P01 Wasser.xlsx", "P01_fill.csv"),
 }  # fmt: skip
 
