@@ -325,15 +325,15 @@ def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:
 
 def _settings_of(sample: LabSample) -> dict[str, Any]:
     """Return the settings of a sample's trial by dotted key, with its files."""
-    given = sample.settings
-    settings = {key: value for key, value in given.values.items() if key not in OWN}
+    answers = sample.settings
+    settings = {key: value for key, value in answers.values.items() if key not in OWN}
     settings |= {"name": sample.name, **({} if "scan" in sample.files else {"readings.sample": sample.name})}
     for role, key in NAMED_FILES.items():
         file = next(iter(sample.files.get(role, ())), None)
-        if key in given.values and PurePath(f"{settings[key]}").name != (file and file.name):
+        if key in answers.values and PurePath(f"{settings[key]}").name != (file and file.name):
             finding = f"{key} = {str(settings[key])!r:.80}, but the sample's {role} is {file or 'no file'}."
             remedy = "Delete the key, and choose the file in the pairing file."
-            sample.ask(Doubt("setting", given.origins[key], finding, remedy))
+            sample.ask(Doubt("setting", answers.origins[key], finding, remedy))
         settings[key] = file and _copy_of(role, file)
     return without_none(settings)
 
@@ -343,8 +343,8 @@ def _origin_of(sample: LabSample, key: str) -> Location:
 
     If there are none, return the pairing file.
     """
-    given = sample.settings.origins.items()
-    origins = {origin for name, origin in given if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
+    settings = sample.settings.origins.items()
+    origins = {origin for name, origin in settings if f"{key}.".startswith(f"{name}.") or name.startswith(key)}
     if not origins:
         return Location(PurePath(PAIRING))
     first, *others = sorted(origins, key=Location.named)

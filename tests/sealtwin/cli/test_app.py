@@ -148,9 +148,9 @@ def test_sigterm_ends_a_command_as_ctrl_c_does(tmp_path):
         assert process.stderr is not None
         assert process.stderr.readline().startswith("Trace page")
         process.terminate()
-        _, said = process.communicate(timeout=30)
+        _, stderr = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert "sealtwin: interrupted" in said
+    assert "sealtwin: interrupted" in stderr
 
 
 def test_after_a_full_disk_the_same_init_completes_the_folder(tmp_path, monkeypatch):

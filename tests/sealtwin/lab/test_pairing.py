@@ -141,9 +141,9 @@ def test_all_impossible_rows_of_pairing_csv_are_refused_together(small, tmp_path
     (lab / "pairing.csv").write_text("file,role,sample\n" + rows)
     (small / "P02.stl").write_bytes(b"solid")
     faults = (
-        "line 2: P01.png cannot have the role 'readings'.*photo, mask, ignore",
+        "line 2: P01.png cannot have the role 'readings'.*photo, mask, scan, ignore",
         "line 3: 'gone.png'",
-        "line 5: 'P02.stl'",
+        "line 5: P02.stl cannot have the role 'readings'.*scan, ignore",
     )
     with pytest.raises(InputError, match="^.*" + ".*\n.*".join(faults) + ".*$"):
         ingest(small, lab, QUIET)
