@@ -1,12 +1,11 @@
 """Files that reports of several kinds need, made in a folder by code: no foreign content is in them."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from tests.slow.reports.table import Maker
-from tests.support.lab_folder import DEFAULTS, ENDS, S_MM, levels_mm
+from tests.support.lab_folder import DEFAULTS, S_MM, levels_mm
 from tests.support.photos import mortar, with_crack, write_png
 from tests.support.sheet_writers import Hand, write_sheet
 
@@ -32,16 +31,11 @@ def text(name: str, *lines: str) -> Maker:
     return make
 
 
-NOTE = {"P01.toml": f"crack.depth_mm = 8.0\nphoto.ends_px = {ENDS}\n"}
-
-
-def lab(folder: Path, notes: Mapping[str, str], samples: Sequence[str] = ("P01",), defaults: str = DEFAULTS) -> None:
-    for sample in samples:
-        small_crack(folder / f"{sample}.png", int(sample[1:]))
-        write_sheet(folder / f"{sample}.csv", Hand(), S_MM, levels_mm(sample))
-    for name, content in notes.items():
-        (folder / name).write_text(content, encoding="utf-8")
-    (folder / "lab.toml").write_text(defaults, encoding="utf-8")
+def lab(folder: Path) -> None:
+    """Write a lab's folder of one sample."""
+    small_crack(folder / "P01.png")
+    write_sheet(folder / "P01.csv", Hand(), S_MM, levels_mm("P01"))
+    (folder / "lab.toml").write_text(DEFAULTS, encoding="utf-8")
 
 
 def small_crack(path: Path, seed: int = 1, width_px: int = 20) -> None:

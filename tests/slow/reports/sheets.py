@@ -1,26 +1,21 @@
-"""Public reports on sheets of readings, notes, and tables of rheometers."""
+"""Public reports on sheets of readings, and tables of rheometers."""
 
 from pathlib import Path
 
 import openpyxl
 from openpyxl.styles import Alignment
 
-from tests.slow.reports.files import lab, text
+from tests.slow.reports.files import text
 from tests.slow.reports.table import (
     CSV,
-    LAB,
     PASTE,
     THREE,
     TWELVE,
     XLSX,
     Maker,
-    held,
     refused,
     report,
-    right,
-    settings,
 )
-from tests.support.lab_folder import ENDS
 from tests.support.sheet_writers import rewritten
 
 
@@ -29,21 +24,6 @@ def flow_curve(*rows: str, header: str = "shear_rate_per_s,stress_pa") -> Maker:
 
 
 RATES = (1, 2, 5, 10, 20, 30, 40, 50, 60, 80, 100)
-
-
-@report(
-    "bigbio/proteomics-sample-metadata/issues/423",
-    LAB,
-    right(settings("crack.depth_mm", "P01", "P02"), (8, 12), 0),
-    held("notes.csv"),
-    held("crack.depth_mm"),
-)
-def one_note_of_two(folder: Path) -> None:
-    """One sample of a file with several samples is used for all."""
-    ends = f"photo.ends_px = {ENDS}\n"
-    notes = {"P01_ends.toml": ends, "P02_ends.toml": ends}
-    notes["notes.csv"] = "sample,P01\ndepth,8 mm\nsample,P02\ndepth,12 mm\n"
-    lab(folder, notes, ("P01", "P02"))
 
 
 # A second line of header, the units, is taken for data.

@@ -7,7 +7,6 @@ file was first read. A wrong or assumed figure without a warning is not acceptab
 import io
 import json
 import re
-import tomllib
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import chdir, redirect_stdout
@@ -132,22 +131,6 @@ def figure(*keys: str) -> Figures:
 def numbers(ended: Ended) -> Sequence[float]:
     """All numbers of an array that was printed."""
     return [float(text) for text in NUMBER.findall(ended.stdout)]
-
-
-def settings(key: str, *samples: str) -> Figures:
-    """A setting of the trials that 'sealtwin ingest' wrote, NaN for a sample without one."""
-
-    def look(ended: Ended) -> Sequence[float]:
-        figures = []
-        for sample in samples:
-            (trial,) = sorted((ended.out / "lab").glob(f"{sample}*/trial.toml")) or [None]
-            table = {} if trial is None else tomllib.loads(trial.read_text(encoding="utf-8"))
-            for part in key.split("."):
-                table = table.get(part, {})
-            figures.append(float(table) if isinstance(table, int | float) else float("nan"))
-        return figures
-
-    return look
 
 
 def has_levels(*sets: Sequence[float]) -> Check:

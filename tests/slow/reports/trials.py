@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from tests.slow.reports.files import NOTE, grey, lab, photo, small_crack, text
+from tests.slow.reports.files import grey, lab, photo, small_crack, text
 from tests.slow.reports.table import (
     LAB,
     LENGTH,
@@ -140,7 +140,7 @@ report("genid/Yleaf/issues/55", f"{PHOTO} --json --out .", photo_is_kept)(photo)
 @report("NixOS/nix/issues/119", LAB, held("p01.png", "2 |two|twice|both"))
 def twins_by_case(folder: Path) -> None:
     """Two photos have names that differ only in upper and lower case."""
-    lab(folder, NOTE)
+    lab(folder)
     small_crack(folder / "other.png", seed=5)
     shutil.move(folder / "other.png", folder / "p01.PNG")
 
