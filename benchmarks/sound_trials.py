@@ -26,7 +26,7 @@ from fixtures.generate.sound_trials import SOUND, Given, filled, given, lab_fold
 from sealtwin.api.samples import HintKeywords, ScaleKeywords
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_bytes
-from sealtwin.trial.trace_sheets import sheet_of
+from sealtwin.trial.trace_photo import opened
 from sealtwin.trial.trial_file import with_settings
 from tests.support.processes import sealtwin
 
@@ -79,12 +79,12 @@ def digitise(one: Given, folder: Path) -> Reaction:
 
 def trace(one: Given, _: Path) -> Reaction:
     """Trace a photo on the page as far as its walls, and save its trial."""
-    opened = sheet_of(one.shown, one.of("photo", "crack")).open()
-    hints = opened.session.hints
-    answers = [*opened.session.trace(hints, 1, "walls")]
+    page = opened(one.shown, one.of("photo", "crack"))
+    hints = page.session.hints
+    answers = [*page.session.trace(hints, 1, "walls")]
     refused = [answer["refused"] for answer in answers if "refused" in answer]
     if not refused:
-        opened.save(hints, Shape())
+        page.save(hints, Shape())
     parts = [part for answer in answers for part in answer.values() if isinstance(part, dict)]
     cautions = {text: first_words(text) for part in parts for text in part.get("warnings", ())}
     asked = [text for text in refused if WHICH.search(text)]

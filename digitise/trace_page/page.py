@@ -9,9 +9,8 @@ import re
 import secrets
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from email.message import Message
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -19,7 +18,7 @@ from importlib.resources import files
 from pathlib import Path
 from socket import SHUT_RDWR
 from tempfile import TemporaryDirectory
-from threading import Event, Lock, Thread, Timer
+from threading import Event, Thread, Timer
 from typing import Annotated, Any, NamedTuple, Self, cast
 
 from pydantic import Field, ValidationError
@@ -76,17 +75,6 @@ class Opened(NamedTuple):
     """Additional fields of the page's initial state."""
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """A photo in the page's list."""
-
-    name: str
-    open: Callable[[], Opened]
-    """Function that reads the photo. It raises InputError for a bad photo."""
-    done: Callable[[], bool]
-    """Function that returns True if the crack's ends are in the trial file."""
-
-
 class Question(Settings):
     """A request to trace the crack with hints, up to the step ``until``."""
 
@@ -100,12 +88,6 @@ class Farewell(Settings):
 
     hints: Hints
     shape: Shape = Shape()
-
-
-class Turn(Settings):
-    """A request to show another photo. ``photo`` is its index in the list."""
-
-    photo: Annotated[int, Field(ge=0)]
 
 
 class RequestGate:
@@ -135,29 +117,25 @@ class RequestGate:
 
 
 class TracePage(ThreadingHTTPServer):
-    """Server of the photos on 127.0.0.1. It ends when the user quits or, if there is only one photo, saves it."""
+    """Server of a photo on 127.0.0.1. It ends when the user saves or quits."""
 
     # A thread that is in a native library when the interpreter ends would crash the process.
     daemon_threads, block_on_close = False, True
     # A browser opens several connections at once. If the queue is full, it waits a second before it tries again.
     request_queue_size = 32
 
-    def __init__(self, sheets: Sequence[Sheet], port: int = 0) -> None:
-        """Open the first photo that is not done, on ``port`` or, if it is 0, on any free port.
-
-        Raises InputError if all photos are bad, and OSError if the port is in use.
-        """
-        self._sheets = tuple(sheets)
-        self._here, self._opened = self._first()
+    def __init__(self, opened: Opened, port: int = 0) -> None:
+        """Serve an open photo on ``port`` or, if it is 0, on any free port. Raises OSError if the port is in use."""
+        self._opened = opened
         self._files = {
             entry.name: (entry.read_bytes(), media_type)
             for entry in (files("digitise.trace_page") / "assets").iterdir()
             if (media_type := MEDIA_TYPES.get(entry.name[entry.name.rfind(".") :]))
         }
-        self._ended, self._turning = Event(), Lock()
+        self._ended = Event()
         self._connections = set[Any]()
-        self.saved: list[dict[str, Any]] = []
-        """Results of ``save`` so far."""
+        self.saved: dict[str, Any] | None = None
+        """Result of ``save``. None if nothing was saved."""
         super().__init__(("127.0.0.1", port), _Visit)
         self.gate = RequestGate(self.server_port)
 
@@ -210,29 +188,11 @@ class TracePage(ThreadingHTTPServer):
         while not self._ended.wait(0.5):
             pass
 
-    def _first(self) -> tuple[int, Opened]:
-        *earlier, last = sorted(range(len(self._sheets)), key=lambda number: self._sheets[number].done())
-        for number in earlier:
-            with suppress(InputError):
-                return number, self._sheets[number].open()
-        return last, self._sheets[last].open()
-
-    @property
-    def photos(self) -> list[dict[str, Any]]:
-        """Photos in the page's list. The list is empty if there is only one photo."""
-        if len(self._sheets) == 1:
-            return []
-        return [
-            {"name": sheet.name, "done": sheet.done(), "here": number == self._here}
-            for number, sheet in enumerate(self._sheets)
-        ]
-
     def get(self, name: str) -> Content | None:
         """Return the content for a name, which follows the token in the address. None if there is nothing."""
         session, _, facts = self._opened
         if name == "session":
-            opening = {**session.opening(), **facts, "photos": self.photos}
-            return json.dumps(opening, allow_nan=False).encode(), "application/json"
+            return json.dumps({**session.opening(), **facts}, allow_nan=False).encode(), "application/json"
         if tile_name := TILE.fullmatch(name):
             tile = session.pyramid.tile(*map(int, tile_name.groups()))
             return None if tile is None else (tile, "image/jpeg")
@@ -245,8 +205,6 @@ class TracePage(ThreadingHTTPServer):
                 return self._traced(Question.model_validate_json(body))
             if name == "save":
                 return self._saving(Farewell.model_validate_json(body))
-            if name == "turn":
-                return self._turned(Turn.model_validate_json(body).photo)
             if name == "quit":
                 return self._leaving()
         except ValidationError as fault:
@@ -261,7 +219,7 @@ class TracePage(ThreadingHTTPServer):
 
     def _saving(self, farewell: Farewell) -> Iterator[Answer]:
         try:
-            saved = self._opened.save(farewell.hints, farewell.shape)
+            self.saved = self._opened.save(farewell.hints, farewell.shape)
         except InputError as fault:
             yield {"refused": str(fault)}
             return
@@ -269,25 +227,8 @@ class TracePage(ThreadingHTTPServer):
             # If the disk is full or the folder is read-only, the points stay on the page.
             yield {"refused": f"{fault.filename}: {fault.strerror}. Make the folder writable, and save again."}
             return
-        self.saved.append(saved)
-        yield {"saved": saved, "photos": self.photos}
-        if len(self._sheets) == 1:
-            self._ended.set()
-
-    def _turned(self, number: int) -> Iterator[Answer]:
-        if number >= len(self._sheets):
-            yield {"refused": f"photo {number + 1} does not exist: there are {len(self._sheets)} photos"}
-            return
-        # Two clicks must not open two photos at once.
-        with self._turning:
-            try:
-                opened = self._sheets[number].open()
-            except InputError as fault:
-                yield {"refused": str(fault)}
-                return
-            self._opened.session.end()
-            self._here, self._opened = number, opened
-        yield {"turned": True}
+        yield {"saved": self.saved}
+        self._ended.set()
 
     def _leaving(self) -> Iterator[Answer]:
         yield {"left": True}

@@ -98,7 +98,7 @@ def trace(
     command: Command,
     target: Annotated[
         Path,
-        argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without a trial, or a folder with trials or photos."),
+        argument("TRIAL|PHOTO", "A trial.toml, or a photo without a trial."),
     ],
     settings: Given,
     options: "Tracing",
@@ -107,17 +107,16 @@ def trace(
 
     Opens a page in your browser that only this machine can reach. The command ends when you save or quit on the page.
     For a photo, a new trial is written to the photo's folder. In an existing trial, only the hints for the photo, the
-    depth and walls of the crack, and the settings of --set change. With a folder, the page shows one photo after
-    another.
+    depth and walls of the crack, and the settings of --set change.
     """
     import webbrowser
 
     from digitise.trace_page.page import TracePage
-    from sealtwin.trial.trace_sheets import sheet_of, sheets_in
+    from sealtwin.trial.trace_photo import opened
 
-    sheets = sheets_in(target, settings) if target.is_dir() else [sheet_of(target, settings)]
+    photo = opened(target, settings)
     try:
-        page = TracePage(sheets, options.port or 0)
+        page = TracePage(photo, options.port or 0)
     except OSError as fault:
         raise InputError(f"--port {options.port}: {fault.strerror}. Give another port, or omit --port.") from None
     with page, page.doorway() as door:
@@ -131,14 +130,7 @@ def trace(
         try:
             page.wait()
         except KeyboardInterrupt:
-            command.interrupted("saved photos remain saved." if page.saved else "nothing was saved.")
-    summaries = [entry["summary"] for entry in page.saved] or ["Nothing was saved."]
-    files = [{"file": entry["file"], "changed": entry["changed"]} for entry in page.saved]
-    if len(sheets) > 1:
-        open_ = [photo["name"] for photo in page.photos if not photo["done"]]
-        rest = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
-        command.reply({"saved": files, "not_traced": open_}, [*summaries, rest])
-        return
-    saved = files[0] if files else {"file": None, "changed": []}
-    lines = [*summaries, *(f"Next: {entry['next']}" for entry in page.saved)]
+            command.interrupted("nothing was saved.")
+    saved = page.saved or {"file": None, "changed": [], "summary": "Nothing was saved."}
+    lines = [saved["summary"], *([f"Next: {saved['next']}"] if page.saved else [])]
     command.reply({"saved": saved["file"], "changed": saved["changed"]}, lines)

@@ -11,7 +11,7 @@ from digitise.trace_page.session import Shape
 from sealtwin.core.record_files import read_record, read_trajectory
 from sealtwin.core.solid_figures import SolidFigures
 from sealtwin.trial.starter_files import SEALANT
-from sealtwin.trial.trace_sheets import sheet_of
+from sealtwin.trial.trace_photo import opened
 from sealtwin.trial.trial_file import UNMEASURED
 from tests.support.processes import sealtwin
 from tests.support.tiny_study import tiny_lab
@@ -37,8 +37,8 @@ def results(tmp_path_factory):
 
     made("digitise", photo, *OPTIONS, out=home / "digitise")
     made("quick", photo, *OPTIONS, "--set", "solver.model=slot", out=home / "quick")
-    opened = sheet_of(photo, PHOTO).open()
-    opened.save(opened.session.hints, Shape(depth_mm=12.0))
+    page = opened(photo, PHOTO)
+    page.save(page.session.hints, Shape(depth_mm=12.0))
     made("digitise", photo.with_suffix(".toml"), out=home / "trace")
     sealtwin("init", home / "S31")
     trial = home / "S31" / "trial.toml"

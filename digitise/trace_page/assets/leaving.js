@@ -28,9 +28,9 @@ export class Leaving {
     const missing = this.missing();
     part("save-refused").textContent = missing ?? "";
     if (missing) return;
-    const show = ({ refused, saved, photos }) => {
+    const show = ({ refused, saved }) => {
       if (refused) part("save-refused").textContent = refused;
-      if (saved) this.farewell("Saved", saved.summary, saved.next, photos);
+      if (saved) this.farewell("Saved", saved.summary, saved.next);
     };
     await post("save", this.content(), show).catch(this.lost);
   }
@@ -45,51 +45,18 @@ export class Leaving {
     await post("quit", {}, end).catch(this.lost);
   }
 
-  finished() {
-    part("farewell-photos").hidden = true;
-    part("farewell-close").hidden = false;
-  }
-
   unsure() {
     this.sure = false;
     part("quit").textContent = "Quit";
   }
 
-  /** Show another photo of the folder; if something is not saved, the first press asks for confirmation. */
-  async turn(photo, button) {
-    if (!this.ended && this.changed() && button.dataset.sure !== "yes") {
-      button.dataset.sure = "yes";
-      part("save-refused").textContent = "Save first, or press again to leave this photo as it was.";
-      return;
-    }
-    const show = ({ refused, turned }) => {
-      if (refused) part(this.ended ? "farewell-refused" : "save-refused").textContent = refused;
-      if (!turned) return;
-      this.ended = true;
-      this.over();
-      window.location.reload();
-    };
-    await post("turn", { photo }, show).catch(this.lost);
-  }
-
-  /** `photos`: those of the folder, to continue with the next. */
-  farewell(title, text, next = "", photos = []) {
+  farewell(title, text, next = "") {
     this.ended = true;
     this.over();
     part("farewell-title").textContent = title;
     part("farewell-text").textContent = text;
     part("farewell-next").textContent = next;
     part("farewell-next").hidden = !next;
-    const waiting = photos.findIndex((photo) => !photo.done);
-    part("farewell-close").hidden = photos.length > 0;
-    part("farewell-photos").hidden = !photos.length;
-    part("next-photo").hidden = waiting < 0;
-    if (waiting >= 0) {
-      part("next-photo").textContent = `Next photo: ${photos[waiting].name}`;
-      part("next-photo").onclick = () => this.turn(waiting, part("next-photo"));
-    }
-    part("photos-left").textContent = `${photos.filter((photo) => photo.done).length} of ${photos.length} photos are traced.`;
-    part("finish").onclick = () => post("quit", {}, () => this.finished()).catch(this.lost);
     part("farewell").showModal();
   }
 }

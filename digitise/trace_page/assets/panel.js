@@ -75,17 +75,6 @@ export function showCoordinates(points, { edit, remove }) {
   });
 }
 
-/** The folder's photos; `turn(index, button)` shows another one. */
-export function showPhotos(photos, turn) {
-  part("photos-section").hidden = !photos.length;
-  const buttons = photos.map(({ name, done, here }, index) => {
-    const pressed = here ? { "aria-current": "true" } : { click: () => turn(index, button) };
-    const button = made("button", pressed, name, made("span", { class: "state" }, done ? "traced" : "open"));
-    return button;
-  });
-  part("photos").replaceChildren(...buttons.map((button) => made("li", {}, button)));
-}
-
 /** A row for each wall that was drawn or chosen; `change(next)` with the draft without it. */
 export function showDrawn(draft, change) {
   const walls = draft.walls_px.map(([[x, y]], index) => [`Wall from x ${Math.round(x)}, y ${Math.round(y)}`, withoutWall(draft, index)]);

@@ -20,7 +20,6 @@ from digitise.trace_page.page import (
     SECURITY_HEADERS,
     Opened,
     RequestGate,
-    Sheet,
     TracePage,
 )
 from digitise.trace_page.session import Pyramid
@@ -64,7 +63,7 @@ def page(saved):
         return {"file": "crack.toml"}
 
     opened = Opened(Session(), save, {"is_new": True})
-    with TracePage([Sheet("crack.jpg", lambda: opened, lambda: False)]) as page:
+    with TracePage(opened) as page:
         yield page
 
 
@@ -125,9 +124,9 @@ def test_malformed_requests_are_refused_and_save_nothing(page, saved):
 
 def test_saving_stores_the_hints_and_closes_the_page(page, saved):
     answers = _posted(page, "save", {"hints": {"mm_per_px": 0.1}, "shape": {"depth_mm": 16}})
-    assert answers == [{"saved": {"file": "crack.toml"}, "photos": []}]
+    assert answers == [{"saved": {"file": "crack.toml"}}]
     page.wait()
-    assert page.saved == [{"file": "crack.toml"}]
+    assert page.saved == {"file": "crack.toml"}
     assert [(hints.entries(), depth_mm) for hints, depth_mm in saved] == [({"mm_per_px": 0.1}, 16.0)]
 
 
@@ -140,40 +139,10 @@ def test_a_failed_save_gives_its_reason_and_can_be_repeated(page, saved):
     assert len(saved) == 1
 
 
-def _opening(page):
-    return json.loads(page.get("session")[0])
-
-
-def _sheet(name, done, bad=()):
-    def opened():
-        if name in bad:
-            raise InputError(f"{name}: not a readable photo")
-        return Opened(Session(), lambda *_: done.append(name) or {"file": name}, {"here": name})
-
-    return Sheet(name, opened, lambda: name in done)
-
-
-def test_photos_of_a_folder_are_traced_in_turn_and_marked_when_done():
-    """The page begins with the first unfinished readable photo and ends when the user leaves."""
-    done = ["a.jpg"]
-    with TracePage([_sheet(name, done, bad=("b.jpg",)) for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg")]) as page:
-        opening = _opening(page)
-        assert opening["here"] == "c.jpg"
-        assert [photo["name"] for photo in opening["photos"] if photo["here"]] == ["c.jpg"]
-        assert [photo["name"] for photo in opening["photos"] if not photo["done"]] == ["b.jpg", "c.jpg", "d.jpg"]
-        (answer,) = _posted(page, "save", {"hints": {}})
-        assert [photo["done"] for photo in answer["photos"]] == [True, False, True, False]
-        assert not page._ended.is_set()
-        assert "not a readable photo" in _posted(page, "turn", {"photo": 1})[0]["refused"]
-        assert _opening(page)["here"] == "c.jpg", "the page stays at its photo"
-        assert _posted(page, "turn", {"photo": 3}) == [{"turned": True}]
-        assert _opening(page)["here"] == "d.jpg"
-        assert "refused" in _posted(page, "turn", {"photo": 4})[0]
-        _posted(page, "quit", {})
-        page.wait()
-        assert page.saved == [{"file": "c.jpg"}]
-    with pytest.raises(InputError, match=r"b\.jpg"):
-        TracePage([_sheet(name, [], bad=("a.jpg", "b.jpg")) for name in ("a.jpg", "b.jpg")])
+def test_quitting_ends_the_page_without_saving(page, saved):
+    assert _posted(page, "quit", {}) == [{"left": True}]
+    page.wait()
+    assert (page.saved, saved) == (None, [])
 
 
 PORT = 8123
@@ -230,7 +199,7 @@ class Echo(TracePage):
 
     def __init__(self):
         opened = Opened(Session(), dict, {})
-        super().__init__([Sheet("crack.jpg", lambda: opened, lambda: False)])
+        super().__init__(opened)
 
     def get(self, name):
         return (b"hello", "text/plain") if name == "" else None
@@ -334,7 +303,7 @@ def test_a_client_that_sends_a_byte_now_and_then_does_not_delay_the_end(monkeypa
     """With a byte a second, the program lived as long as the bytes came."""
     monkeypatch.setattr("digitise.trace_page.page.SLOW_S", 0.5)
     opened = Opened(Session(), lambda hints, shape: {}, {})
-    server = TracePage([Sheet("crack", lambda: opened, lambda: False)])
+    server = TracePage(opened)
     sent = Event()
 
     def trickle(client):

@@ -72,7 +72,7 @@ def test_points_clicked_on_the_trace_page_are_saved_in_the_trial(trial, browser)
     # The page shows the two lines of the command's answer.
     summary, following = answer.stdout.splitlines()
     shown = {"summary": summary, "next": following.removeprefix("Next: ")}
-    assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **shown}, "photos": []}]
+    assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **shown}}]
     assert shown["next"] == f"sealtwin run {trial}"
     photo = present(load_trial(trial).photo, "photo")
     assert photo.ends_px == tuple(tuple(end) for end in hints["ends_px"])
@@ -98,31 +98,12 @@ def test_tracing_a_photo_writes_a_trial_beside_the_photo(trial, browser):
     assert "sealtwin run" in browser.answers[1][0]["saved"]["next"]
 
 
-def test_tracing_a_folder_opens_its_photos_one_after_another(trial, browser):
-    """A trial and its photo are one entry, a photo without a trial gets a trial, and a mask is no photo."""
-    folder = trial.parent
-    shutil.copy(folder / "photo.jpg", folder / "another.jpg")
-    shutil.copy(folder / "photo.jpg", folder / "broken.png")
-    (folder / "broken.png").write_bytes(b"no photo")
-    hints = {"ends_px": ENDS, "mm_per_px": 0.1}
-    browser.posts = (("save", {"hints": hints, "shape": {"depth_mm": 16}}), ("turn", {"photo": 1}), ("quit", {}))
-    answer = sealtwin("trace", folder, "--json", "--quiet")
-    assert answer.exit_code == 0, answer.output
-    saved, turned, _ = browser.answers
-    done = {photo["name"]: photo["done"] for photo in saved[0]["photos"]}
-    assert done == {"another.jpg": True, "broken.png": False, "trial.toml": True}
-    assert "not a readable photo" in turned[0]["refused"]
-    result = json.loads(answer.stdout)
-    assert [one["file"] for one in result["saved"]] == [str(folder / "another.toml")]
-    assert result["not_traced"] == ["broken.png"]
-
-
 def test_an_unusable_target_of_trace_is_refused_before_the_page_opens(trial, browser, tmp_path):
     photo, mesh = trial.with_name("photo.jpg"), tmp_path / "mesh.toml"
     mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
     trial.with_name("photo.toml").touch()
     for path, named in (
-        (tmp_path, f"{tmp_path}: contains neither photos"),
+        (tmp_path, f"{tmp_path}: file not found, or not a regular file"),
         (tmp_path / "none.jpg", "not found"),
         (tmp_path / "none.toml", "no such file"),
         (photo, "already exists"),

@@ -6,9 +6,9 @@ import pytest
 
 from digitise.trace_page.session import Hints, Shape
 from sealtwin.core.errors import InputError, present
-from sealtwin.trial import trace_sheets
+from sealtwin.trial import trace_photo
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trace_sheets import TrialFile, sheet_of
+from sealtwin.trial.trace_photo import TrialFile, opened
 from sealtwin.trial.trial_file import load_trial
 from tests.support.photos import mortar, with_crack, write_png
 
@@ -145,7 +145,7 @@ def test_a_trial_changed_since_the_page_was_opened_is_not_overwritten(path):
 
 def test_an_edit_that_would_change_other_lines_of_a_trial_is_refused(path, monkeypatch):
     """The edited text is read and compared before it is written."""
-    monkeypatch.setattr(trace_sheets, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
+    monkeypatch.setattr(trace_photo, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
     with pytest.raises(InputError, match=r"Add these lines yourself: ends_px = \[\[12.5, 340.0\]"):
         TrialFile(path).save(TRACED, SAME)
     assert path.read_text() == COMMENTED
@@ -166,12 +166,12 @@ def test_settings_of_the_trace_command_are_saved_with_the_hints(path):
 
 def test_settings_of_the_trace_command_apply_to_a_photo_without_a_trial(tmp_path):
     photo = write_png(tmp_path / "crack.png", with_crack(mortar(), [(40, 150), (460, 140)]))
-    assert sheet_of(photo, {}).open().session.hints.mm_per_px is None
+    assert opened(photo, {}).session.hints.mm_per_px is None
     given = {"photo.face_mm": [50.0, 30.0], "photo.ends_px": [[40, 150], [460, 140]], "crack.depth_mm": 8, "seed": 3}
-    opened = sheet_of(photo, given).open()
-    assert opened.session.hints.ends_px == ((40.0, 150.0), (460.0, 140.0))
-    assert opened.facts["shape"] == {"depth_mm": 8.0}
-    opened.save(opened.session.hints, Shape(depth_mm=8.0))
+    page = opened(photo, given)
+    assert page.session.hints.ends_px == ((40.0, 150.0), (460.0, 140.0))
+    assert page.facts["shape"] == {"depth_mm": 8.0}
+    page.save(page.session.hints, Shape(depth_mm=8.0))
     trial = load_trial(tmp_path / "crack.toml")
     assert (trial.seed, present(trial.photo, "photo").face_mm) == (3, (50.0, 30.0))
     assert present(trial.crack, "crack").depth_mm == 8.0

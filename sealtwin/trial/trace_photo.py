@@ -1,4 +1,4 @@
-"""Open the photos of trials on the trace page, and write the user's hints to the trial files."""
+"""Open the photo of a trial on the trace page, and write the user's hints to the trial file."""
 
 import json
 import shlex
@@ -8,8 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from digitise.image.decoding import PHOTO_SUFFIXES
-from digitise.trace_page.page import Opened, Sheet
+from digitise.trace_page.page import Opened
 from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, Shape, TraceSession
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_bytes
@@ -19,53 +18,12 @@ from sealtwin.trial.starter_files import NOBODY, begin_trial, starter_text
 from sealtwin.trial.trial_file import SettingValues, checked_trial, load_trial, seen_from, with_settings
 
 
-def sheets_in(folder: Path, replacements: SettingValues) -> list[Sheet]:
-    """Return the trials with a photo in a folder, and the photos without a trial, sorted by name.
+def opened(path: Path, replacements: SettingValues) -> Opened:
+    """Return the session of a trial file or a photo, a function that saves its hints, and facts for the page.
 
-    ``replacements`` are settings by dotted name that replace settings of the trials. Raises InputError if there are
-    neither trials with a photo nor photos.
+    ``replacements`` are settings by dotted name that replace settings of the trial. Raises InputError for a bad photo
+    or trial.
     """
-    sheets: dict[Path, Sheet] = {}
-    for trial in sorted(folder.glob("*.toml")):
-        try:
-            settings = load_trial(trial).photo
-        except InputError:
-            # The photo of this trial would get a new trial with the same name. That is refused when it is opened.
-            continue
-        if settings is not None:
-            # The mask of a photo does not show another crack.
-            named = (settings.file, settings.mask)
-            sheets |= {(folder / path).resolve(): sheet_of(trial, replacements) for path in named if path is not None}
-    photos = [file for file in folder.iterdir() if file.suffix.lower() in PHOTO_SUFFIXES and file.is_file()]
-    sheets |= {file.resolve(): sheet_of(file, replacements) for file in photos if file.resolve() not in sheets}
-    if not sheets:
-        raise InputError(f"{folder}: contains neither photos nor trials with a photo.")
-    unique = {sheet.name: sheet for sheet in sheets.values()}
-    return [unique[name] for name in sorted(unique)]
-
-
-def sheet_of(path: Path, replacements: SettingValues) -> Sheet:
-    """Return the sheet of a trial file, or of a photo without a trial.
-
-    ``replacements`` are settings by dotted name that replace settings of the trial.
-    """
-    return Sheet(path.name, lambda: _opened(path, replacements), lambda: _traced(path))
-
-
-def _traced(path: Path) -> bool:
-    trial = path if path.suffix.lower() == ".toml" else path.with_suffix(".toml")
-    try:
-        photo = load_trial(trial).photo if trial.is_file() else None
-    except InputError:
-        return False
-    return photo is not None and (photo.ends_px is not None or photo.mask is not None)
-
-
-def _opened(path: Path, replacements: SettingValues) -> Opened:
-    """Return the session of a trial file or a photo, a function that saves its hints, and facts for the page."""
-    # The page may already have saved a trial for this photo.
-    if path.suffix.lower() != ".toml" and _traced(path):
-        path = path.with_suffix(".toml")
     new = path.suffix.lower() != TRIAL_SUFFIX
     temporary = _temporary(replacements) if new else {}
     loaded = begin_trial(path, {**temporary, **replacements}) if new else load_trial(path, replacements)
