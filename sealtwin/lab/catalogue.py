@@ -95,13 +95,13 @@ class Catalogue:
         )
         self.records = sorted(records, key=lambda record: (record.key, record.revision))
         # A photo that was paired anew belongs to its newest sample. The earlier sample has no file of its own.
-        newest = dict[str, Record]()
+        owners = dict[tuple[str, str], str]()
         for record in sorted(self.records, key=lambda record: record.ingested_utc):
-            newest |= {file.sha256: record for file in record.files if file.role == "photo"}
+            owners |= dict.fromkeys(_photos(record), record.key)
         self.latest = {
             record.key: record
             for record in self.records
-            if record.sound or record.key in {newest[file.sha256].key for file in record.files if file.role == "photo"}
+            if record.sound or record.key in {owners[photo] for photo in _photos(record)}
         }
         """Latest record of each sample, by its key."""
 
@@ -134,6 +134,11 @@ class Catalogue:
         """Store the user's decisions about the files of an ingested folder, and the faults that were found in it."""
         self.content.sources[source] = SourceFile(decisions=decisions, faults=faults)
         files.write_json(self.lab / CATALOGUE, asdict(self.content))
+
+
+def _photos(record: Record) -> list[tuple[str, str]]:
+    """Return the photos of a sample: the name of the lab's folder, and the path in it."""
+    return [(record.source, file.original) for file in record.files if file.role == "photo"]
 
 
 def write_table(lab: Path) -> None:

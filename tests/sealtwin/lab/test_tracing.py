@@ -1,6 +1,7 @@
 """Tracing of samples after an ingest, and the questions about traced cracks in pairing.csv."""
 
 import csv
+import shutil
 from collections import Counter
 from pathlib import Path
 
@@ -77,6 +78,16 @@ def test_a_sample_that_is_paired_anew_leaves_no_ghost(waiting):
     call_ingest(folder, lab)
     with (lab / "catalogue.csv").open(newline="", encoding="utf-8") as opened:
         assert [row["sample"] for row in csv.DictReader(opened)] == ["P01", "Q7"]
+
+
+def test_samples_with_the_same_photo_wait_beside_each_other(waiting):
+    """The earlier one lost its trial, and its folder then stood in its own way."""
+    folder, lab = waiting
+    for name in ("P02.png", "P02_Messung.csv"):
+        shutil.copy(folder / name, folder / name.replace("P02", "P03"))
+    call_ingest(folder, lab, code=6)
+    answer(lab, {"P02_Messung.csv": {"unit": "mm"}, "P03_Messung.csv": {"unit": "mm"}})
+    assert "3 of 3 samples are sound" in call_ingest(folder, lab)
 
 
 def test_an_answer_given_during_an_ingest_is_not_overwritten(late, monkeypatch):
