@@ -47,7 +47,7 @@ def write_scan(sealed: Sealed, number: int, folder: Path, fault: Fault | None = 
     path = folder / f"{number}-{kind}"
     if kind.startswith("map"):
         _write_map(sealed, rng, pose, step_mm, path)
-        return path, Placement(step_mm=step_mm, count_mm=COUNT_MM)
+        return path, Placement(step_mm=step_mm, count_mm=COUNT_MM, up="z")
     unit: ScanUnit = "mm" if fault else rng.choice(np.array(["mm", "cm", "m", "inch"])).item()
     # Ten of the thirty files without a map have named points.
     named = (
@@ -71,7 +71,7 @@ def write_scan(sealed: Sealed, number: int, folder: Path, fault: Fault | None = 
     if fault == "far":
         points[:, 0] += 1e6
     _write(points, faces, path)
-    return path, Placement(units=unit, points=tuple(named))
+    return path, Placement(units=unit, up="z", points=tuple(named))
 
 
 def _write(points: Floats, faces: Integers | None, path: Path) -> None:

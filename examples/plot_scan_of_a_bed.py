@@ -42,11 +42,12 @@ turn = Rotation.from_euler("zx", [8, 2], degrees=True)
 scan_mm = turn.apply(np.column_stack([points_mm, height_mm])[seen]) + np.array([120, -40, 310])
 
 # %%
-# No format states a unit, so ``placement`` must. The position is found by the face's plane and the crack's mouth.
+# No format states a unit or which way heights grow, so ``placement`` must. The position is found by the
+# face's plane and the crack's mouth.
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder, "bed.xyz")
     np.savetxt(file, scan_mm, fmt="%.4f")
-    readings = st.read_readings(file, solid, placement={"units": "mm"}, data="synthetic")
+    readings = st.read_readings(file, solid, placement={"units": "mm", "up": "z"}, data="synthetic")
 print(readings.dialect)
 
 # %%

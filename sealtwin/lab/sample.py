@@ -32,6 +32,7 @@ from sealtwin.lab.sample_settings import (
     SampleSettings,
     settings_of_answers,
 )
+from sealtwin.scan.settings import DIRECTION
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.starter_files import begun
 from sealtwin.trial.trial_file import Trial, with_settings
@@ -63,6 +64,7 @@ NEEDED = {
     ),
     SCALE: ("photo", 0.1, SCALES),
     "readings.placement.units": ("scan", "mm", 'no format states the unit: write "mm", "m" or "inch"'),
+    "readings.placement.up": ("scan", "z", DIRECTION),
 }
 """Required settings that a photo does not show, by key.
 
@@ -264,10 +266,12 @@ def prepare(sample: LabSample) -> None:
     sample.stand_ins = {
         key: stand_in
         for key, (role, stand_in, _) in NEEDED.items()
-        if sample.has(role) and not _is_given(settings, key)
+        if sample.has(role) and _value(settings, key) is None
     }
-    if _is_given(settings, "readings.placement.step_mm"):  # A height map has counts and steps in place of a unit
+    if _value(settings, "readings.placement.step_mm"):  # A height map has counts and steps in place of a unit
         sample.stand_ins.pop("readings.placement.units", None)
+    if f"{_value(settings, 'readings.placement.count_mm')}".startswith("-"):
+        sample.stand_ins.pop("readings.placement.up", None)
     if any(way & settings.keys() for way in ALTERNATIVES[0]):
         sample.stand_ins.pop(SCALE, None)
     for key in sample.stand_ins:
@@ -292,10 +296,10 @@ def prepare(sample: LabSample) -> None:
     sample.trial = trial if [raw.role for raw in sample.raw].count("photo") == 1 else None
 
 
-def _is_given(settings: Mapping[str, Any], key: str) -> bool:
-    """Return whether settings by dotted name give a key, by itself or in a table."""
+def _value(settings: Mapping[str, Any], key: str) -> Any:
+    """Return the value that settings by dotted name give a key, by itself or in a table. None if there is none."""
     table, _, name = key.rpartition(".")
-    return key in settings or name in settings.get(table, {})
+    return settings.get(key, settings.get(table, {}).get(name))
 
 
 def read_sheets(sample: LabSample, length_mm: float | None = None) -> None:

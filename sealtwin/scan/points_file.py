@@ -18,7 +18,7 @@ from sealtwin.core.mesh_file import (
     read_refusing_damage,
     refuse_too_many,
 )
-from sealtwin.scan.settings import Placement
+from sealtwin.scan.settings import DIRECTION, Placement
 
 FARTHEST_MM = 100_000.0
 """Largest distance of a scan from its origin in mm. Farther away, single-precision numbers have steps above 0.004 mm,
@@ -40,8 +40,8 @@ def read_points(path: Path, placement: Placement) -> Floats:
     points. A height map has x to the right, y up, and one point for each pixel with a height. If ``count_mm`` is
     negative, z is minus the distance from the sensor.
 
-    Raises InputError if the file is missing, too large or damaged, if its unit is not given, or if it is far from its
-    origin.
+    Raises InputError if the file is missing, too large or damaged, if its unit or direction is not given, or if it
+    is far from its origin.
     """
     suffix = path.suffix.lower()
     if suffix not in TEXTS + MESHES + MAPS:
@@ -57,6 +57,8 @@ def read_points(path: Path, placement: Placement) -> Floats:
         )
     if suffix not in MAPS and placement.units is None:
         raise InputError(f'{path}: no unit is given: set readings.placement.units to "mm", "cm", "m" or "inch".')
+    if not placement.states_direction:
+        raise InputError(f"{path}: readings.placement.up is missing: {DIRECTION}.")
     if suffix in MAPS:
         points_mm = read_refusing_damage(path, lambda content: _of_map(content, placement))
     elif suffix in TEXTS:
@@ -65,7 +67,10 @@ def read_points(path: Path, placement: Placement) -> Floats:
         points_mm = _on_surface(read_mesh(path, is_scan=True), placement.unit_mm)
     points_mm = points_mm[(np.abs(points_mm) < BEYOND_ANY_UNIT).all(axis=1)]
     if len(points_mm) < 100:
-        raise InputError(f"{path}: has {len(points_mm)} points with finite coordinates; a scan has thousands.")
+        raise InputError(
+            f"{path}: has {len(points_mm)} points with finite coordinates; a scan has thousands. "
+            "A text has a line of x, y and z for each; save a grid of heights as TIFF."
+        )
     away_mm = float(np.abs(np.median(points_mm, axis=0)).max())
     if away_mm > FARTHEST_MM:
         raise InputError(

@@ -72,7 +72,7 @@ def place(points_mm: Floats, placement: Placement, target: Target, path: Path, l
     Raises InputError, with the figure and the cause, if the scan does not fit: another unit, mirrored, exchanged
     points, no visible crack, two equally good positions, or too little of the face.
     """
-    upright = Rotation.from_euler("xyz", [*UPRIGHT_DEG[placement.up], 0], degrees=True)
+    upright = Rotation.from_euler("xyz", [*UPRIGHT_DEG[placement.up or "z"], 0], degrees=True)
     points_mm = points_mm @ upright.as_matrix().T
     if placement.points:
         named_mm = upright.apply(placement.unit_mm * np.array([point.scan for point in placement.points]))

@@ -12,6 +12,10 @@ Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
 Step = Annotated[float, Field(ge=0.001, le=10)]
 FEWEST_POINTS, MOST_POINTS = 3, 6
 LEAST_COUNT_MM = 1e-6
+DIRECTION = (
+    'write "z" if the heights grow out of the face. If they grow away from the sensor, give a height map a negative '
+    'count_mm, and points or triangles "-z"'
+)
 
 
 class NamedPoint(Settings):
@@ -38,9 +42,9 @@ class Placement(Settings):
     """Height in mm of one count of a height map, such as 1 for a TIFF of heights in mm. Negative for a depth map, whose
     numbers grow away from the sensor. Required for a height map. 0 means no height in whole numbers, and NaN in others.
     """
-    up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
+    up: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None
     """Axis of the scan that points out of the face, up to 30 degrees. "-z" for a camera's axes: x to the right, y down,
-    z into the face."""
+    z into the face. Required unless ``count_mm`` is negative, since a heap in a depth map looks like a bed."""
     points: Annotated[tuple[NamedPoint, ...], Field(max_length=MOST_POINTS)] = ()
     """Points whose coordinates are known in the scan and on the face, at least three. Default: the position is found by
     the face's plane and the crack's mouth. The scan's axes must then agree with the photo's up to 30 degrees."""
@@ -49,6 +53,11 @@ class Placement(Settings):
     def unit_mm(self) -> float:
         """Length of the scan's unit in mm."""
         return MM[self.units or "mm"]
+
+    @property
+    def states_direction(self) -> bool:
+        """True if it is stated whether heights grow out of the face or away from the sensor."""
+        return self.up is not None or (self.count_mm or 0.0) < 0
 
     @model_validator(mode="after")
     def _can_place(self) -> Self:

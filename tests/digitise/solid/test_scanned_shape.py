@@ -21,7 +21,7 @@ def build(tmp_path):
         np.savetxt(tmp_path / "empty.xyz", points_mm, fmt="%.4f")
         parts = {field.name: getattr(OUTLINE, field.name) for field in fields(OUTLINE)}
         crack = CrackOutline(**parts, photo=None, data="synthetic", sha256="")
-        placement = {"units": "mm", "points": POINTS}
+        placement = {"units": "mm", "up": "z", "points": POINTS}
         return st.build_solid(crack, depth_mm=20.0, tilt="vertical", scan=tmp_path / "empty.xyz", placement=placement)
 
     return build

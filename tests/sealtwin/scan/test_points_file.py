@@ -17,7 +17,7 @@ from sealtwin.scan.points_file import read_points
 from sealtwin.scan.settings import Placement
 
 POINTS = np.random.default_rng(0).uniform(-50, 150, (200, 3)).round(3)
-MAP = Placement(step_mm=0.5, count_mm=0.01)
+MAP = Placement(step_mm=0.5, count_mm=0.01, up="z")
 
 
 def ply(kind: str, order: str = "<") -> bytes:
@@ -39,7 +39,7 @@ def picture(pixels: np.ndarray, kind: str = "PNG") -> bytes:
 def read(folder: Path, name: str, content: str | bytes, placement: Placement | None = None) -> Floats:
     path = folder / name
     path.write_bytes(content.encode() if isinstance(content, str) else content)
-    return read_points(path, placement or Placement(units="mm"))
+    return read_points(path, placement or Placement(units="mm", up="z"))
 
 
 FORMATS: dict[str, str | bytes] = {
@@ -63,7 +63,7 @@ FORMATS: dict[str, str | bytes] = {
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_each_format_and_order_of_columns_gives_the_same_points(tmp_path, name):
-    points_mm = read(tmp_path, name, FORMATS[name], Placement(units="cm"))
+    points_mm = read(tmp_path, name, FORMATS[name], Placement(units="cm", up="z"))
     assert points_mm == pytest.approx(10 * POINTS, abs=2e-4)  # float32 has steps of 1e-5 at 150 cm
 
 
@@ -72,7 +72,7 @@ def test_triangles_count_by_their_area(tmp_path, name):
     """A plate of 40 x 10 mm, cut into three triangles, of which the left one is thin."""
     corners, faces = [(0, 0, 2), (0, 10, 2), (0, 5, 2), (40, 0, 2), (40, 10, 2)], [(0, 3, 2), (2, 3, 4), (2, 4, 1)]
     trimesh.Trimesh(corners, faces, process=False).export(tmp_path / name)
-    points_mm = read_points(tmp_path / name, Placement(units="mm"))
+    points_mm = read_points(tmp_path / name, Placement(units="mm", up="z"))
     assert points_mm.mean(axis=0) == pytest.approx((20, 5, 2), abs=0.5)  # 10,000 points: 0.12 mm
 
 
@@ -89,7 +89,7 @@ def test_a_map_of_floats_has_nothing_where_it_is_nan(tmp_path):
     """0 is a height: a levelled face has it."""
     pixels = np.zeros((20, 30), np.float32)
     pixels[0, 0], pixels[19, 29], pixels[19, 28] = -0.75, np.nan, np.inf
-    points_mm = read(tmp_path, "map.tiff", picture(pixels, "TIFF"), Placement(step_mm=0.5, count_mm=1.0))
+    points_mm = read(tmp_path, "map.tiff", picture(pixels, "TIFF"), Placement(step_mm=0.5, count_mm=1.0, up="z"))
     assert len(points_mm) == 598
     assert points_mm[points_mm[:, 2] != 0] == pytest.approx(np.array([[0, 9.5, -0.75]]))
 
@@ -97,7 +97,9 @@ def test_a_map_of_floats_has_nothing_where_it_is_nan(tmp_path):
 def test_the_counts_of_a_depth_map_grow_away_from_the_sensor(tmp_path):
     """Its picture is not mirrored: only z changes its sign."""
     pixels = np.random.default_rng(1).integers(100, 900, (20, 30)).astype(np.uint16)
-    up, away = (read(tmp_path, "a.png", picture(pixels), Placement(step_mm=0.5, count_mm=mm)) for mm in (0.01, -0.01))
+    up, away = (
+        read(tmp_path, "a.png", picture(pixels), Placement(step_mm=0.5, count_mm=mm, up="z")) for mm in (0.01, -0.01)
+    )
     assert away == pytest.approx(up * [1, 1, -1])
     with pytest.raises(InputError, match="count_mm is 0: give at least"):
         Placement(step_mm=0.5, count_mm=0.0)
@@ -136,11 +138,15 @@ def test_a_damaged_file_is_refused_with_its_cause(tmp_path, name, content, cause
         read(tmp_path, name, content, MAP if name == "map.png" else None)
 
 
-def test_no_unit_is_guessed(tmp_path):
+def test_no_unit_and_no_direction_is_guessed(tmp_path):
     with pytest.raises(InputError, match=r"placement\.units"):
         read(tmp_path, "scan.xyz", rows(POINTS), Placement())
     with pytest.raises(InputError, match=r"placement\.step_mm"):
-        read(tmp_path, "map.png", b"", Placement(units="mm"))
+        read(tmp_path, "map.png", b"", Placement(units="mm", up="z"))
+    # A heap in a depth map has the shape of a bed.
+    for name, placement in (("scan.xyz", Placement(units="mm")), ("a.png", Placement(step_mm=0.5, count_mm=0.01))):
+        with pytest.raises(InputError, match=r"placement\.up"):
+            read(tmp_path, name, rows(POINTS) if name == "scan.xyz" else b"", placement)
 
 
 def test_a_line_without_end_is_refused_at_once(tmp_path):
@@ -152,6 +158,6 @@ def test_a_line_without_end_is_refused_at_once(tmp_path):
 
 
 def test_a_height_map_may_have_two_steps(tmp_path):
-    placement = Placement(step_mm=(0.5, 0.2), count_mm=0.01)
+    placement = Placement(step_mm=(0.5, 0.2), count_mm=0.01, up="z")
     points_mm = read(tmp_path, "a.png", picture(np.full((20, 30), 100, np.uint16)), placement)
     assert points_mm.max(axis=0).tolist() == pytest.approx([29 * 0.5, 19 * 0.2, 1.0])

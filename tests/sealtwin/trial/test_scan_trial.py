@@ -17,7 +17,8 @@ from validate.figures.first_figure import FirstFigure
 FAST = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", 'viscosity_pa_s = 0.05\nfreeze_after_s = "never"')
 FAST = FAST.replace("[solver]", '[solver]\nmodel = "slot"')
 SCANNED = FAST[: FAST.index("[readings]")] + (
-    '[readings]\nscan = "bed.xyz"\ndata = "synthetic"\nrole = "held-out"\n[readings.placement]\nunits = "mm"\n'
+    '[readings]\nscan = "bed.xyz"\ndata = "synthetic"\nrole = "held-out"\n'
+    '[readings.placement]\nunits = "mm"\nup = "z"\n'
     "points = [{name = 'a', scan = [0, 0, 0], sample_mm = [0, 0]},"
     " {name = 'b', scan = [30, 0, 0], sample_mm = [30, 0]}, {name = 'c', scan = [0, 20, 0], sample_mm = [0, 20]}]\n"
 )
