@@ -42,12 +42,12 @@ BY_FILES: Mapping[str, Kind] = {
     "HEIC": Kind(
         ("phone.heic",), ("digitise phone.heic --depth-mm 10 --mm-per-px 0.1 --ends 22,60 398,110 --out new",)
     ),
-    "mesh": Kind(tuple(f"block.{suffix}" for suffix in MESHES), ("import-mesh {file} --units mm --out new",)),
+    "mesh": Kind(tuple(f"block.{suffix}" for suffix in MESHES), ("digitise {file} --units mm --set mesh.data=synthetic --out new",)),
     "drawing": Kind(
         ("crack.dxf",),
         (
-            "import-dxf crack.dxf --depth-mm 8 --walls UPPER LOWER --out new",
-            "import-dxf crack.dxf --depth-mm 8 --line MIDDLE --width-mm 3 --out new",
+            "digitise crack.dxf --depth-mm 8 --walls UPPER LOWER --out new",
+            "digitise crack.dxf --depth-mm 8 --line MIDDLE --width-mm 3 --out new",
         ),
     ),
     "trial.toml": Kind(("trial.toml",), ("digitise trial.toml --out new", "digitise trial.toml --out run")),

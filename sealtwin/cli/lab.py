@@ -22,7 +22,7 @@ def ingest(
     Files are paired by name: P01.jpg and "p 01 Messung.xlsx" belong to one sample. All open questions
     are written to LAB/pairing.csv, and LAB/index.html shows how the sheets were interpreted. Answer in pairing.csv, or
     in lab.toml at the top of FOLDER. You need not edit your own files. Settings that a photo does not show, such as
-    crack.depth_mm = 16.0, are given in NAME.toml or as lines of a text file.
+    crack.depth_mm, are given in lab.toml for all samples, or in a column of pairing.csv for one.
 
     A sample is sound if it can be run. To find out, its photo is traced, and the trial is checked as 'sealtwin run'
     does before its first frame. Photos of samples with open questions are traced too, so that all questions are listed
