@@ -42,7 +42,10 @@ BY_FILES: Mapping[str, Kind] = {
     "HEIC": Kind(
         ("phone.heic",), ("digitise phone.heic --depth-mm 10 --mm-per-px 0.1 --ends 22,60 398,110 --out new",)
     ),
-    "mesh": Kind(tuple(f"block.{suffix}" for suffix in MESHES), ("digitise {file} --units mm --set mesh.data=synthetic --out new",)),
+    "mesh": Kind(
+        tuple(f"block.{suffix}" for suffix in MESHES),
+        ("digitise {file} --units mm --set mesh.data=synthetic --out new",),
+    ),
     "drawing": Kind(
         ("crack.dxf",),
         (
