@@ -399,7 +399,7 @@ def median_along(values: NDArray[Any], over: int, axis: int) -> NDArray[Any]:
     padded = np.pad(rows, [*[(0, 0)] * (rows.ndim - 1), (over // 2, over // 2)], mode="edge")
     # SciPy's filter is up to ten times as fast in one dimension as in several.
     even = median_filter(padded.ravel(), over, mode="nearest").reshape(padded.shape)
-    return np.moveaxis(even[..., over // 2 : -(over // 2)], -1, axis)
+    return np.moveaxis(even[..., over // 2 : over // 2 + rows.shape[-1]], -1, axis)
 
 
 def between(values: Floats, column: Floats) -> Floats:

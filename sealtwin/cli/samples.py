@@ -130,7 +130,7 @@ def trace(
         try:
             page.wait()
         except KeyboardInterrupt:
-            command.interrupted("nothing was saved.")
+            command.interrupted("the trial was saved." if page.saved else "nothing was saved.")
     saved = page.saved or {"file": None, "changed": [], "summary": "Nothing was saved."}
     lines = [saved["summary"], *([f"Next: {saved['next']}"] if page.saved else [])]
     command.reply({"saved": saved["file"], "changed": saved["changed"]}, lines)

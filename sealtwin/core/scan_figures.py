@@ -37,7 +37,7 @@ class ScanFigures:
     holes_mm: tuple[Span, ...]
     """Stretches of the crack without enough points for a level."""
     mean_level_mm: float
-    """Mean of the level over the stations."""
+    """Mean of the level along the crack."""
     mean_level_95_mm: float
     """Half-width of the 95 % interval of the mean level."""
     over_face_mm3: float

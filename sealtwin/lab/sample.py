@@ -32,6 +32,7 @@ from sealtwin.lab.sample_settings import (
     SampleSettings,
     settings_of_answers,
 )
+from sealtwin.scan.points_file import MAPS
 from sealtwin.scan.settings import DIRECTION
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.starter_files import begun
@@ -65,6 +66,13 @@ NEEDED = {
     SCALE: ("photo", 0.1, SCALES),
     "readings.placement.units": ("scan", "mm", 'no format states the unit: write "mm", "m" or "inch"'),
     "readings.placement.up": ("scan", "z", DIRECTION),
+    "readings.placement.step_mm": ("scan", 0.1, "write the distance between the pixels of the height map in mm"),
+    "readings.placement.count_mm": (
+        "scan",
+        -1.0,
+        "write the height of one count in mm, negative if counts grow away from the sensor. If they grow out of the "
+        'face, also write readings.placement.up = "z"',
+    ),
 }
 """Required settings that a photo does not show, by key.
 
@@ -268,10 +276,10 @@ def prepare(sample: LabSample) -> None:
         for key, (role, stand_in, _) in NEEDED.items()
         if sample.has(role) and _value(settings, key) is None
     }
-    if _value(settings, "readings.placement.step_mm"):  # A height map has counts and steps in place of a unit
-        sample.stand_ins.pop("readings.placement.units", None)
-    if f"{_value(settings, 'readings.placement.count_mm')}".startswith("-"):
-        sample.stand_ins.pop("readings.placement.up", None)
+    # A height map has counts and steps in place of a unit.
+    is_map = any(file.suffix.lower() in MAPS for file in sample.files.get("scan", ()))
+    for name in ("units", "up") if is_map else ("step_mm", "count_mm"):
+        sample.stand_ins.pop(f"readings.placement.{name}", None)
     if any(way & settings.keys() for way in ALTERNATIVES[0]):
         sample.stand_ins.pop(SCALE, None)
     for key in sample.stand_ins:

@@ -141,8 +141,7 @@ def settings_of_answers(answers: Mapping[str, str], file: PurePath) -> SampleSet
 
 def is_setting(key: str) -> bool:
     """Return whether lab.toml and pairing.csv may give a key: that of a setting, or of a part of one."""
-    parts = key.split(".")
-    return any(".".join(parts[:count]) in known_keys() for count in range(1, len(parts) + 1))
+    return any(f"{key}.".startswith(f"{name}.") for name in known_keys())
 
 
 @cache

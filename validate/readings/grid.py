@@ -41,8 +41,9 @@ OTHER_FORMAT = re.compile(
 SEPARATORS: dict[Separator | None, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
 """Separators. If two fit equally well, the first one is taken, because text contains commas, but rarely tabs."""
 UTF_16_MARKS = b"\xff\xfe", b"\xfe\xff"
-COMMENT = re.compile(r"^[ \t]*(?:#|//|%)+[ \t]*", re.MULTILINE)
-"""Signs of a comment at the begin of a line. Programs write a header, notes and names behind them."""
+COMMENT = re.compile(r"^[ \t]*(?:#|//|%)+[ \t]*(?![ \t#/%+\-.,\d])", re.MULTILINE)
+"""Signs of a comment at the begin of a line. Programs write a header, notes and names behind them. A number behind them
+belongs to a reading that somebody took out."""
 KANA = re.compile(r"[\u3041-\u30fe]{2}")  # Japanese letters, each of which has two bytes in Shift-JIS
 SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNORECASE)
 """First line such as "sep=;", which tells Excel the separator."""
@@ -246,9 +247,7 @@ def _parted_by_blanks(text: str) -> str:
     A line with as many parts as the numbers, or with as many parts between several blanks, is parted too.
     """
     lines = [line.strip() for line in text.split("\n")]
-    rows = [
-        parts for line in lines if all(number(part) is not None for part in line.split()) and (parts := line.split())
-    ]
+    rows = [parts for line in lines if (parts := line.split()) and all(number(part) is not None for part in parts)]
     width, count = max(Counter(map(len, rows)).items(), key=itemgetter(1), default=(0, 0))
     if "\t" in text or width < 2 or 2 * count <= sum(map(bool, lines)):
         return ""

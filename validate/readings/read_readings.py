@@ -20,7 +20,7 @@ from validate.units import LABELS, counted
 
 MAX_ROWS_SHOWN = 8
 SCANS = (".ply", ".stl", ".obj", ".glb", ".xyz", ".pts", ".png", ".tif", ".tiff")
-WHOLE = ("sign", "unit", "datum", "direction")
+WHOLE = ("sign", "unit")
 
 
 def read_readings(

@@ -1,13 +1,16 @@
 """Pairing of files with samples by their names, and questions in pairing.csv if names are ambiguous."""
 
+import csv
+import re
 from pathlib import Path, PurePath
 
 import pytest
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.lab.files import place_of
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.sample import pair
+from sealtwin.trial.trial_file import load_trial
 from tests.support.ingested_lab import (
     QUIET,
     add_rows,
@@ -91,6 +94,8 @@ def test_answers_in_pairing_csv_are_applied_and_kept(small, tmp_path):
         [],
         ["Q02 inch.csv: name of the file has the remark 'Q02 inch'."],
     ]
+    with (lab / "catalogue.csv").open(newline="", encoding="utf-8") as table:
+        assert [row["remarks"] for row in csv.DictReader(table)] == ["0", "1"]
     assert fates(ingest(small, lab, QUIET)) == unchanged
     # A German spreadsheet saves the table so; the rows are in another order.
     head, *rows = (lab / "pairing.csv").read_text().replace(",", ";").splitlines()
@@ -124,6 +129,23 @@ def test_a_sheet_of_several_samples_is_split_by_rows_of_pairing_csv(small, tmp_p
         (lab / "pairing.csv").write_text(text.replace("5:7", rows))
         with pytest.raises(InputError, match=r"Mai\.csv has several rows"):
             ingest(small, lab, QUIET)
+
+
+def test_unit_and_direction_of_a_scan_are_asked_in_one_round(small, tmp_path):
+    lab, key = tmp_path / "lab", "readings.placement."
+    for sheet in ("P01.csv", "P02_Messung.csv"):
+        (small / sheet).unlink()
+    (small / "P01.xyz").write_text("0 0 0\n")
+    (small / "P02_scan.png").write_bytes(b"")
+    ingest(small, lab, QUIET)
+    for photo, names in {"P01.png": ["units", "up"], "P02.png": ["step_mm", "count_mm"]}.items():
+        assert re.findall(rf"{key}(\w+) is missing", question(lab, photo)) == names
+    answer(lab, {"P01.xyz": {f"{key}units": "mm", f"{key}up": "-z"}})
+    answer(lab, {"P02_scan.png": {f"{key}step_mm": "0.1", f"{key}count_mm": "-0.01"}})
+    assert not ingest(small, lab, QUIET).faults
+    trials = [load_trial(lab / sample / "trial.toml").readings for sample in ("P01", "P02")]
+    first, second = (present(present(readings, "readings").placement, "placement") for readings in trials)
+    assert (first.units, first.up, second.step_mm, second.count_mm) == ("mm", "-z", 0.1, -0.01)
 
 
 @pytest.mark.parametrize("header", ["unti", ""])

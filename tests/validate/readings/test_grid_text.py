@@ -72,6 +72,7 @@ REFUSED = {
     "NUL bytes": (b"s_mm;depth_mm\n0;1\n\0\0\0\0\n5;2\n", "NUL bytes"),
     "UTF-16 without its mark": ("s_mm;depth_mm\n0;1\n".encode("utf-16-le"), "NUL bytes"),
     "a wrong quotation mark": (b'sep=;\ns_mm;depth_mm\n0;1;"12\n5;2\n10;3;4"\n15;4\n', "line 5"),
+    "Shift-JIS": ("いち [mm];レベル [mm]\n0;1\n".encode("cp932"), "Shift-JIS"),
     "no text": (b"\xff\xfes\x00\x00\xd8\x00\x00", "UTF-16"),
     "a page": (b"\xef\xbb\xbf  <!DOCTYPE html><table>", "<!DOCTYPE html"),
     "an old workbook": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), ".xls"),

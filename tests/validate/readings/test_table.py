@@ -36,6 +36,14 @@ READ = {
     "one of several samples": (SAMPLES, {"columns": {"range": "A4:C6"}}, ONE),
     "a merged sample": ("Probe;s [mm];Tiefe [mm]\nlab;0;1,5\n;5;2\n;10;3\n", {}, ONE),
     "the other end": (H + ROWS, {"columns": {"s_from": "second"}}, TWO[::-1]),
+    "columns parted by blanks": ("s_mm depth_mm\n  0  1.5\n  5  2.0\n 10  3.0\n", {}, ONE),
+    "names behind a sign of comment": ("# s_mm depth_mm\n0 1.5\n5 2.0\n10 3.0\n", {}, ONE),
+    "names of several words": ("Position [mm]   Depth below face [mm]\n0   1.5\n5   2.0\n10  3.0\n", {}, ONE),
+    "signs of comment before particulars": ("// Probe lab\n% s [mm];Tiefe [mm]\n" + SINGLE, {}, ONE),
+    "a legend": ("s [mm];level [mm] (0 = sample face, + up)\n0;-1,5\n5;-2\n10;-3\n", {}, ONE),
+    "an index without a name": (";s [mm];Tiefe [mm]\n0;0;1,5\n1;5;2\n2;10;3\n", {}, ONE),
+    "names of several words, without brackets": ("s mm   depth mm\n0   1.5\n5   2.0\n10  3.0\n", {}, ONE),
+    "a second row that counts": ("Ort [mm];q;\n;1;2\n" + ROWS, {"columns": BY_LETTER, **MM_DOWN}, TWO),
 }
 
 
@@ -69,6 +77,8 @@ ASKED = {
     "places side by side": (S + "0;5\nTiefe [mm];1;2\n", {}, "columns; unit B C; quantity; remark A1; remark A2"),
     "a table below": (BELOW, {}, "range; remark A6"),
     "several samples": (SAMPLES, {}, "range = 4:6"),
+    "a reading behind a sign of comment": (S + "Tiefe [mm]\n0;1,5\n#5;9\n10;3\n", {}, "cell A3 = 3"),
+    "a row behind a sign of comment": ("s_mm depth_mm\n0 1.5\n# 5 9.0\n10 3.0\n15 3.0\n", {}, "remark A3"),
     "several samples in turn": ("Probe;s [mm];Tiefe [mm]\nlab;0;1\nP2;0;2\nlab;5;1\nP2;5;2\n", {}, "range"),
     "two spellings": ("Probe;s [mm];Tiefe [mm]\nlab;0;1\nlab;5;1\nlab';10;2\n", {}, "range = 2:3"),
     "a dial": (S + "Tiefe [1/10 mm]\n" + SINGLE, {}, "columns = A; quantity; name B = B"),
@@ -87,6 +97,10 @@ ASKED = {
 @pytest.mark.parametrize(("text", "declared", "questions"), ASKED.values(), ids=ASKED)
 def test_an_ambiguous_table_gives_questions(doubts_of, text, declared, questions):
     assert brief(doubts_of(text, **declared)) == questions
+
+
+def test_a_sheet_is_read_as_a_sentence_that_ends_with_columns_that_were_not_read(read):
+    assert read(*READ["no readings"][:1]).dialect.endswith("column C 'Risstiefe', column E 'Mittel'")
 
 
 def test_the_setting_columns_places_gives_the_positions_of_numbered_stations(read):

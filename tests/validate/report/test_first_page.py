@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sealtwin.core.doubts import Doubt, Location
 from sealtwin.core.facts import doubt
 from tests.support.evidence import FAST_FILL, make_evidence
 from validate.compare import assess
@@ -60,6 +61,12 @@ def _is_plain(page, caption):
     assert not [text for text in texts if "95 %" in text or "station" in text]
     assert "19 of 20" in caption
     assert "no tolerance" in caption
+
+
+def test_the_first_page_counts_the_remarks_on_the_readings_and_quotes_three(evidence):
+    remarks = tuple(Doubt("remark", Location(Path("a.csv")), f"A{row} 'wet'.", is_remark=True) for row in range(4))
+    (label,) = first_page(judged(replace(evidence, readings=replace(evidence.readings, questions=remarks)))).labels
+    assert (label[0][:2], re.findall(r"A\d", label[1])) == ("4 ", ["A0", "A1", "A2"])
 
 
 def test_a_missed_limit_is_explained_by_offset_or_shape_with_a_remedy(evidence):

@@ -22,6 +22,8 @@ from validate.result import Comparison, ReadingsFile, ReadingsSheet, ReportData
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
 
+DECLARED = "uncertainty.repeatability_mm"
+
 
 def test_the_published_schema_equals_the_schema_of_the_model():
     """``python -m tests.support.report_schema`` prints it; a change of the model has to be published with it."""
@@ -47,7 +49,10 @@ def test_report_json_has_the_tables_and_figures_of_the_page(tmp_path, monkeypatc
     runs = Spread(s_mm, (fine, middle, coarse), (Effect("volume_ml", 0.1, np.full(81, 0.3)),), 0.02, 0.6)
     settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
     evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5, sheet=sheet)
-    compared = assess(evidence, settings, Uncertainty(volume_ml=0.1), runs, Gate(mean_error_mm=1.0))
+    readings = replace(evidence.readings, doubts=("A9: wet",))
+    declared = Uncertainty(volume_ml=0.1, repeatability_mm=0.001)
+    compared = assess(replace(evidence, readings=readings), settings, declared, runs, Gate(mean_error_mm=1.0))
+    assert [re.sub(r" is .*", "", remark) for remark in compared.readings_remarks] == ["A9: wet", DECLARED]
     leave_out_figures(monkeypatch)
     write_report(tmp_path, replace(evidence, comparison=compared))
     data: Any = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
@@ -58,6 +63,7 @@ def test_report_json_has_the_tables_and_figures_of_the_page(tmp_path, monkeypatc
     titles = [html.unescape(title) for title in re.findall("<h3>(.*)</h3>", page)]
     assert [table.title for table in data.tables] == titles
     assert len(titles) > 10
+    assert [title for title in titles if "remark" in title] == ["Agreement with the readings, with 2 remarks"]
 
 
 @pytest.mark.parametrize("outcome", ["passed", "failed", "undecided"])
