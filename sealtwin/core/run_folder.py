@@ -157,8 +157,6 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
     """
     _check_usable(path, create)
     with holding(path):
-        for stale in filter(is_temporary, path.iterdir()):
-            stale.unlink()
         refuse_links(path)  # First, since the manifest of a folder with a link names files elsewhere
         yield RunFolder(path, _read_manifest(path))
 
@@ -174,9 +172,9 @@ def look_into(path: Path) -> RunFolder:
 
 @contextmanager
 def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterator[None]:
-    """Make a folder if necessary, and lock it until the block ends.
+    """Make a folder if necessary, lock it until the block ends, and remove unfinished files of a killed process.
 
-    If another process has locked it, calls ``waiting`` with a message and waits. Without ``waiting``, raises BusyError.
+    Run folders below ``path`` have their own lock, so their files are not removed. If another process has locked it, calls ``waiting`` with a message and waits. Without ``waiting``, raises BusyError.
     """
     require_folder(path)
     path.mkdir(parents=True, exist_ok=True)
@@ -191,6 +189,10 @@ def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterato
         lock.acquire()
     try:
         since = datetime.now().astimezone().strftime("%H:%M:%S")
+        for name, folders, names in os.walk(path):
+            folders[:] = [folder for folder in folders if not Path(name, folder, MANIFEST).exists()]
+            for stale in filter(is_temporary, map(Path(name).joinpath, names)):
+                stale.unlink()
         write_text(path / HOLDER, json.dumps({"process": os.getpid(), "host": platform.node(), "since": since}))
         yield
     finally:

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, SealtwinError
 from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import holding
 from sealtwin.core.workers import Lost
 from sealtwin.lab.files import TRIAL, CatalogueFault, KeptFile, Placed
 from sealtwin.lab.tracing import write_trace
@@ -216,7 +217,8 @@ def run_samples(lab: Path, options: StudyOptions, progress: Progress) -> list[Sa
     ]
     work = run_in_worker, lambda group: (lab, records[group[0].key], options.device), keep
     launch(runs, options, "Running", progress, work)
-    write_table(lab)
+    with holding(lab, progress.note):
+        write_table(lab)
     return sorted(results, key=lambda result: sample_key(result.name))
 
 

@@ -243,10 +243,3 @@ def is_intact(folder: Path, run: StudyRun) -> bool:
     if run.figures is None or not profile.is_file():
         return False
     return files.sha256(profile) == run.figures.profile_sha256
-
-
-def remove_temporary_files(folder: Path) -> None:
-    """Remove incomplete files of a killed process. Only the process that locked the folder may call this function."""
-    for path in folder.rglob(".*"):
-        if files.is_temporary(path):
-            path.unlink()

@@ -24,7 +24,6 @@ from sealtwin.study.study_folder import (
     holds_study,
     other_versions,
     read_plan,
-    remove_temporary_files,
     write_plan,
 )
 from sealtwin.trial.job import DIGITISED, display_path, numbers_up_to, require_sample, stage_settings, start_job
@@ -115,7 +114,6 @@ def adopt(folder: Path, study: str) -> None:
     present = read_plan(folder).study
     if present != study:
         raise InputError(f"{folder}: has the study '{present}', but this is '{study}'. Give another folder as --out.")
-    remove_temporary_files(folder)
 
 
 def _digitise(

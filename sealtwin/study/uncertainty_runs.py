@@ -42,7 +42,7 @@ from sealtwin.study.runner import (
     words_of,
     write_sample,
 )
-from sealtwin.study.study_folder import Plan, StudyRun, holds_study, read_level, remove_temporary_files
+from sealtwin.study.study_folder import Plan, StudyRun, read_level
 from sealtwin.trial.job import DIGITISED, SEEDS, Job, clear, made_by, numbers_up_to, stage_settings
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import OF_SEEDS, SEED_RUNS, SPREAD, UNCERTAINTY, varied_settings
@@ -294,8 +294,6 @@ def compute_variants(
     and NumericalError if a run failed.
     """
     dry_run, wanted = draws_s > 0, list[WantedRun]()
-    if holds_study(folder):
-        remove_temporary_files(folder)
     for number, (moved, trial, sample) in enumerate(variants, start=1):
         # Runs with another particle size or seed have the same sample as the trial.
         steps = {} if moved.keys() & {"solver.radius_mm", "seed"} else moved

@@ -8,7 +8,7 @@ import pytest
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder, stage_key
+from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, holding, open_folder, stage_key
 
 NUMBERS = {"digitise": 1}
 KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, NUMBERS)
@@ -89,6 +89,19 @@ def test_a_run_killed_at_its_first_file_can_be_started_again(tmp_path):
     assert len(list((tmp_path / "run").iterdir())) == 1
     with open_folder(tmp_path / "run", create=True) as folder:
         assert {path.name for path in folder.path.iterdir()} == {MANIFEST, HOLDER, LOCK}
+
+
+def test_unfinished_files_are_removed_from_all_folders_but_from_run_folders_with_a_lock_of_their_own(tmp_path):
+    lab, name = tmp_path / "lab", ".sealtwin-tmp-4711-0123abcd.csv"
+    with open_folder(lab / "P1" / "run", create=True):
+        pass
+    for folder in (lab, lab / "P1" / "inputs", lab / "P1" / "run" / "figures"):
+        folder.mkdir(exist_ok=True)
+        (folder / name).touch()
+    with holding(lab):
+        assert [*lab.rglob(name)] == [lab / "P1" / "run" / "figures" / name]
+    with open_folder(lab / "P1" / "run", create=False):
+        assert not [*lab.rglob(name)]
 
 
 def test_a_path_that_is_not_a_run_folder_is_refused(tmp_path):
