@@ -5,6 +5,7 @@ Devices and pipes are refused: reading a device may never end, and a pipe may wa
 
 import csv
 import io
+import re
 import stat
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -20,6 +21,7 @@ LARGEST_HASHED_BYTES = 10_000_000_000
 """Largest file that is hashed, in bytes. The limit is larger than any input, but excludes sparse files of enormous
 size."""
 LARGEST_TABLE_BYTES = 200_000  # Largest table of numbers from a user, in bytes
+THOUSANDS = re.compile(r"[1-9]\d{0,2}(,\d{3})+")
 Bounds = Mapping[str, tuple[float, float]]
 """Smallest and largest allowed value of each column, by column name."""
 
@@ -71,7 +73,7 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     file, row, column and value.
     """
     names = ", ".join(name if name in needed else f"{name} (optional)" for name in bounds)
-    expected = f"expected a CSV in UTF-8 with columns {names}, separated by commas, with decimal points"
+    expected = f"expected a CSV in UTF-8 with columns {names}, separated by commas, or by semicolons or tabs"
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}; {expected}.")
     if path.stat().st_size > LARGEST_TABLE_BYTES:
@@ -79,7 +81,9 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
             f"{path}: the file is larger than {LARGEST_TABLE_BYTES} bytes; a table may have up to {rows[1]} rows."
         )
     try:
-        content = csv.reader(io.StringIO(read_text(path, LARGEST_TABLE_BYTES)))
+        text = read_text(path, LARGEST_TABLE_BYTES)
+        mark = next((mark for mark in "\t;" if mark in text), ",")
+        content = csv.reader(io.StringIO(text), delimiter=mark)
         (_, header), *table = [(line, row) for line, row in enumerate(content, start=1) if any(row)] or [(1, [])]
     except (UnicodeDecodeError, csv.Error) as fault:
         raise InputError(f"{path}: not readable ({fault}); {expected}. Save it in UTF-8.") from None
@@ -90,18 +94,24 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
         raise InputError(f"{path}, row 1: no column {missing[0]}; {expected}.")
     if not rows[0] <= len(table) <= rows[1]:
         raise InputError(f"{path}: there are {len(table)} rows below the header; {rows[0]} to {rows[1]} are allowed.")
+    with_comma = [cell for _, row in table for cell in row if "," in cell]
+    if with_comma and all(THOUSANDS.fullmatch(cell.strip()) for cell in with_comma):
+        raise InputError(
+            f"{path}: the comma in '{with_comma[0]:.60}' may be a decimal mark, or it may separate thousands. Write the "
+            "numbers with decimal points."
+        )
     columns = {name: list[float]() for name in (*header, "row")}
     for line, row in table:
         if len(row) != len(header):
             raise InputError(
-                f"{path}, row {line}: the row has {len(row)} cells ({','.join(row):.60}), but the header has "
+                f"{path}, row {line}: the row has {len(row)} cells ({mark.join(row):.60}), but the header has "
                 f"{len(header)} columns."
             )
         for name, cell in zip(header, row, strict=True):
             low, high = bounds[name]
             try:
                 # Python's float() would read 1_5 as 15.
-                value = float(cell.replace("_", "?"))
+                value = float(cell.replace("_", "?").replace(",", "."))
             except ValueError:
                 raise InputError(f"{path}, row {line}, column {name}: '{cell:.60}' is not a number.") from None
             if not low <= value <= high:

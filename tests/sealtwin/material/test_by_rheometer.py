@@ -102,3 +102,17 @@ def test_95_percent_intervals_contain_the_true_values_in_95_percent_of_fits():
 def test_an_unusable_flow_curve_is_refused_with_the_reason(tmp_path, rate, stress, says):
     with pytest.raises(InputError, match=says):
         measured(tmp_path, rate, stress)
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_flow_curve_may_have_decimal_commas_but_not_commas_that_may_separate_thousands(tmp_path, mark):
+    path, stress = tmp_path / "curve.csv", 12 + 0.5 * RATES
+
+    def material(digits):
+        rows = (f"{one:{digits}}{mark}{pa:{digits}}" for one, pa in zip(RATES, stress, strict=True))
+        path.write_text("\n".join([f"shear_rate_per_s{mark}stress_pa", *rows]).replace(".", ","), encoding="utf-8")
+        return material_of_table(path, FlowCurve(**PASTE)).material
+
+    assert material(".6f").yield_stress_pa == pytest.approx(12.0, rel=1e-3)
+    with pytest.raises(InputError, match="may separate thousands"):
+        material(".3f")
