@@ -3,7 +3,7 @@
 The block of a fact has the fact's key as its name, with underscores instead of dots and hyphens.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
@@ -13,12 +13,15 @@ from matplotlib import get_cachedir
 from sealtwin.core.facts import Fact, Kind, Level
 from validate.units import LABELS, PageTable, counted, millimetres, percent, setting_name, signed, span
 
+ROW, PART = "␞␟"  # Marks of the template: begin of a table's row, and end of a label, a title or a figure
 Value = float | int | str | None
 
 
 def sentence(key: str, **parts: Any) -> str:
     """Return the text of a block on one line. ``parts`` contains the values that the block uses, by name."""
-    return _rendered(key, parts)[0]
+    template = _template()
+    block = template.blocks[key.replace(".", "_").replace("-", "_")]
+    return " ".join("".join(block(template.new_context(parts))).split())
 
 
 def stated(
@@ -39,37 +42,18 @@ def assumed(key: str, value: Value = None, unit: str = "", **parts: Any) -> Fact
 
 
 def table(key: str, **parts: Any) -> PageTable:
-    """Return the table of a block that calls ``title`` once, and ``row`` for each row."""
-    _, (title, *_), rows = _rendered(key, parts)
-    return PageTable(title, tuple((label, text) for label, text in rows))
+    """Return the table of a block, which has a title, and a label and a text for each row."""
+    title, *rows = sentence(key, **parts).split(ROW)
+    return PageTable(title.strip(), tuple(_parts(row) for row in rows))
 
 
 def tile(key: str, **parts: Any) -> tuple[str, str, str]:
-    """Return the title, figure and text of a block that calls ``tile`` once."""
-    ((title, figure, text),) = _rendered(key, parts)[2]
-    return title, figure, text
+    """Return the title, figure and text of a block."""
+    return _parts(sentence(key, **parts))
 
 
-def _rendered(key: str, parts: dict[str, Any]) -> tuple[str, list[str], list[tuple[str, ...]]]:
-    """Return the text of a block, the titles in it, and its calls with their texts."""
-    titles, calls = list[str](), list[tuple[str, ...]]()
-
-    def title(text: str) -> str:
-        titles.append(text)
-        return ""
-
-    def call(*heads: str, caller: Callable[[], str]) -> str:
-        calls.append((*heads, _on_one_line(caller())))
-        return ""
-
-    template = _template()
-    context = template.new_context({"title": title, "row": call, "tile": call, **parts})
-    block = template.blocks[key.replace(".", "_").replace("-", "_")]
-    return _on_one_line("".join(block(context))), titles, calls
-
-
-def _on_one_line(text: str) -> str:
-    return " ".join(text.split())
+def _parts(text: str) -> Any:
+    return tuple(map(str.strip, text.split(PART)))
 
 
 def template_cache() -> jinja2.BytecodeCache:
@@ -82,14 +66,19 @@ def _template() -> jinja2.Template:
     # The page escapes the text; a PDF and a terminal print it as it is.
     loader = jinja2.PackageLoader("validate")
     environment = jinja2.Environment(
-        loader=loader, undefined=jinja2.StrictUndefined, autoescape=False, bytecode_cache=template_cache()
-    )
+        loader=loader, undefined=jinja2.StrictUndefined, autoescape=False, bytecode_cache=template_cache(),
+        finalize=_without_marks,
+    )  # fmt: skip
     environment.globals.update(
         counted=counted, each=_each, from_face=_from_face, labels=LABELS, listed=_listed, millimetres=millimetres,
         percent=percent, signed=signed, span=span,
     )  # fmt: skip
     environment.filters["setting_name"] = setting_name
     return environment.get_template("report_words.j2")
+
+
+def _without_marks(value: Any) -> Any:
+    return value.replace(ROW, "").replace(PART, "") if isinstance(value, str) else value
 
 
 def _each(form: str, values: Iterable[float]) -> str:

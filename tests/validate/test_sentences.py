@@ -7,9 +7,10 @@ from validate.sentences import sentence, table
 
 
 def test_a_text_of_a_user_is_not_interpreted_and_stays_on_one_line():
-    hostile = "{{ 7 * 7 }} {% raw %}\n</p> | a"
-    assert sentence("assumed.note", text=hostile) == "Note of the digitising stage: {{ 7 * 7 }} {% raw %} </p> | a"
-    assert table("table_origin", origin={hostile: hostile}).rows == ((hostile, "{{ 7 * 7 }} {% raw %} </p> | a"),)
+    """A text has neither a row nor a part of its own in a table."""
+    hostile, text = "{{ 7 * 7 }} ␞{% raw %}\n</p>␟ | a", "{{ 7 * 7 }} {% raw %} </p> | a"
+    assert sentence("assumed.note", text=hostile) == f"Note of the digitising stage: {text}"
+    assert table("table_origin", origin={hostile: hostile}).rows == ((text, text),)
 
 
 def test_a_missing_value_of_a_sentence_raises_an_error():

@@ -65,7 +65,7 @@ def test_a_weighed_fill_determines_depth_and_wall_angle_of_the_solid(tmp_path):
     [
         ("mass_g,level_mm\n0.06,-4\nmuch,-2\n", "fill.csv, row 3, column mass_g: 'much'"),
         ("mass_g,level_mm\n0.06,-4\n0.05,-2\n", "fill.csv, row 3, column mass_g: 0.05"),
-        ("mass_g;level_mm\n0,06;-4\n", "fill.csv, row 1: column 'mass_g;level_mm'"),
+        ("mass_g;level_mm\n1.000,06;-4\n", "fill.csv, row 2, column mass_g: '1.000,06'"),
     ],
 )
 def test_the_error_for_an_invalid_row_of_a_fill_names_row_and_column(tmp_path, fill, place):
