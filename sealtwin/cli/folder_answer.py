@@ -37,7 +37,10 @@ def ingest_answer(ingested: Ingested) -> Answer:
         *_faults(ingested.faults),
         *_ending(ingested),
         # A sample's run folder is in the folder of its trial.
-        *_together("note", ((Path(row.folder).parent.name, text) for row in traced for text in row.warnings)),
+        *_together(
+            "note",
+            ((Path(row.folder).parent.name, fact.text) for row in traced if row.sample for fact in row.sample.warnings),
+        ),
         *([f"All walls: {lab / SHEET}"] if traced else []),
     ]
     content = {

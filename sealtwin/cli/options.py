@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sealtwin.core.errors import InputError, SettingsFaults, present
+from sealtwin.core.plain_files import read_columns
 
 if TYPE_CHECKING:
     from sealtwin.core.settings import Settings
@@ -86,32 +87,10 @@ def along(text: str, column: str) -> Any:
     if path.suffix.lower() not in {".csv", ".txt"}:
         return read_value(text)
     from digitise.settings import DEEPEST_MM, MAX_STATIONS
-    from validate.readings.grid import read_grid
-    from validate.readings.words import number, unit_of
 
-    grid = read_grid(path)
-    head, *lines = [*grid.rows] or [0]
-    names = grid.texts(head)
-    if missing := [name for name in ("s_mm", column) if names.count(name) != 1]:
-        raise InputError(f"{path}: the first row must have the names s_mm and {column} once each; check {missing[0]}.")
-    # In a file with commas between columns, a comma in a number is ambiguous.
-    mark, rows = "point" if grid.separator == "," else None, list[list[float]]()
-    for line in lines:
-        texts = [grid.cell(line, names.index(name)).text for name in ("s_mm", column)]
-        s_mm, value_mm = (number(text, mark) for text in texts)
-        if s_mm is None or value_mm is None or not (0 <= s_mm <= LONGEST_MM and 0 < value_mm <= DEEPEST_MM):
-            fault = f"s_mm must be 0 to {LONGEST_MM:g}, and the other number above 0 and at most {DEEPEST_MM:g}"
-        elif any(unit_of(cell.text) not in (None, "mm") for cell in grid.rows[line].values()):
-            fault = "the row has another unit than mm; convert its numbers to mm"
-        elif rows and s_mm <= rows[-1][0]:
-            fault = f"s_mm must be larger than in the row before ({rows[-1][0]:g}); sort the rows by s_mm"
-        else:
-            rows.append([s_mm, value_mm])
-            continue
-        raise InputError(f"{path}, row {line}: s_mm, {column} = {', '.join(texts):.80}; {fault}.")
-    if not 0 < len(rows) <= MAX_STATIONS:
-        raise InputError(f"{path}: there are {len(rows)} rows below the header; 1 to {MAX_STATIONS} are allowed.")
-    return rows
+    bounds = {"s_mm": (0.0, LONGEST_MM), column: (0.0, DEEPEST_MM)}
+    columns = read_columns(path, bounds, [*bounds], (1, MAX_STATIONS))
+    return [[s_mm, value_mm] for s_mm, value_mm in zip(columns["s_mm"], columns[column], strict=True)]
 
 
 def board(path: str, _: str) -> dict[str, Any]:

@@ -97,8 +97,8 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     with_comma = [cell for _, row in table for cell in row if "," in cell]
     if with_comma and all(THOUSANDS.fullmatch(cell.strip()) for cell in with_comma):
         raise InputError(
-            f"{path}: the comma in '{with_comma[0]:.60}' may be a decimal mark, or it may separate thousands. Write the "
-            "numbers with decimal points."
+            f"{path}: the comma in '{with_comma[0]:.60}' may be a decimal mark, or it may separate thousands. Write "
+            "the numbers with decimal points."
         )
     columns = {name: list[float]() for name in (*header, "row")}
     for line, row in table:

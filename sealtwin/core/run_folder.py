@@ -174,7 +174,8 @@ def look_into(path: Path) -> RunFolder:
 def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterator[None]:
     """Make a folder if necessary, lock it until the block ends, and remove unfinished files of a killed process.
 
-    Run folders below ``path`` have their own lock, so their files are not removed. If another process has locked it, calls ``waiting`` with a message and waits. Without ``waiting``, raises BusyError.
+    Run folders below ``path`` have their own lock, so their files are not removed. If another process has locked
+    ``path``, calls ``waiting`` with a message and waits. Without ``waiting``, raises BusyError.
     """
     require_folder(path)
     path.mkdir(parents=True, exist_ok=True)

@@ -275,11 +275,11 @@ def _check(sample: LabSample, row: TracedRow) -> None:
     if row.status == "asked":
         sample.ask(Doubt("crack", Location(sample.files["photo"][0]), row.reason, answers={"crack": None}))
         return
-    if row.status != "ok":
+    if row.sample is None:
         sample.fault(row.reason)
         return
     if sample.dialect is None:
-        read_sheets(sample, row.length_mm)
+        read_sheets(sample, row.sample.length_mm)
     if DEPTH not in sample.stand_ins:
         home = sample.trial_folder
         try:

@@ -7,10 +7,8 @@ from pathlib import Path
 
 from sealtwin.core import files
 from sealtwin.core.doubts import ReadSheet
-from sealtwin.core.errors import SealtwinError, present
-from sealtwin.core.facts import texts
+from sealtwin.core.errors import SealtwinError
 from sealtwin.core.progress import Progress
-from sealtwin.core.record_files import SolidFile, read_record
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.workers import Lost, run_tasks
 from sealtwin.study.pipeline import run_stages
@@ -35,19 +33,12 @@ class PlannedTrace:
 
 @dataclass(frozen=True)
 class TracedRow:
-    """Result of one photo. Lengths and volumes are None if the photo failed. A path without walls has only a length."""
+    """Result of one photo."""
 
     folder: str
     status: str  # "ok", "asked" if the user must choose the crack, "failed", or "bug"
-    mean_width_mm: float | None = None
-    length_mm: float | None = None
-    depth_mm: float | None = None
-    cavity_ml: float | None = None
-    sealant_ml: float | None = None
-    scale_source: str = ""
-    path_source: str = ""
-    warnings: tuple[str, ...] = ()
     reason: str = ""
+    sample: SampleFigures | None = None  # None if the photo failed
 
 
 def trace_all(
@@ -82,7 +73,7 @@ def _trace(item: PlannedTrace, lab: Path) -> TracedRow:
             trial = load_trial(item.trial, item.settings)
             done = run_stages(start_job(trial, item.trial.parent, opened, "cpu", Progress()), ("digitise",))
         (folder / FAULT).unlink(missing_ok=True)
-        return _done(item, folder, present(done.result.sample, "sample"))
+        return TracedRow(item.folder, "ok", sample=done.result.sample)
     except RivalCracksError as rivals:
         return _failed(item, str(rivals), "asked")
     except SealtwinError as fault:
@@ -109,22 +100,6 @@ def write_trace(folder: Path) -> str:
     return str(folder / FAULT)
 
 
-def _done(item: PlannedTrace, folder: Path, sample: SampleFigures) -> TracedRow:
-    walls, cavity_mm3 = sample.width_source != "none", sample.cavity_volume_mm3
-    return TracedRow(
-        folder=item.folder,
-        status="ok",
-        mean_width_mm=sample.mean_width_mm,
-        length_mm=sample.length_mm,
-        depth_mm=read_record(SolidFile, folder / "solid.json").depth_mm if walls else None,
-        cavity_ml=None if cavity_mm3 is None else cavity_mm3 / 1000,
-        sealant_ml=sample.sealant_mm3 / 1000 if walls else None,
-        scale_source=sample.scale_source,
-        path_source=sample.path_source,
-        warnings=texts(sample.warnings),
-    )
-
-
 def write_contact_sheet(folder: Path, rows: Sequence[TracedRow], sheets: Mapping[str, ReadSheet]) -> None:
     """Write a self-contained page with a picture of each photo, which links to the photo's run folder.
 
@@ -147,7 +122,7 @@ def write_contact_sheet(folder: Path, rows: Sequence[TracedRow], sheets: Mapping
             done=done,
             sheets=sheets,
             letters=letters,
-            sealant_ml=sum(row.sealant_ml or 0.0 for row in done),
+            sealant_mm3=sum(row.sample.sealant_mm3 for row in done if row.sample),
         )
     )
     files.write_text(folder / SHEET, page)

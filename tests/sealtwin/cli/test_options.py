@@ -24,7 +24,7 @@ from tests.support.tiny_study import tiny_lab
 
 
 def test_a_depth_table_saved_by_a_spreadsheet_is_read(tmp_path):
-    (tmp_path / "depths.csv").write_bytes("\ufeffnote;depth_mm;s_mm\r\n;12;0\r\n;16,5;40\r\n".encode())
+    (tmp_path / "depths.csv").write_bytes("\ufeffdepth_mm;s_mm\r\n12;0\r\n16,5;40\r\n".encode())
     assert along(str(tmp_path / "depths.csv"), "depth_mm") == [[0.0, 12.0], [40.0, 16.5]]
 
 
@@ -32,8 +32,9 @@ def test_a_depth_table_saved_by_a_spreadsheet_is_read(tmp_path):
     ("content", "named"),
     [
         ("s_mm,depth_mm\n", "0 rows"),
-        ("s_mm,tiefe\n0,12\n", "check depth_mm"),
-        ('s_mm,depth_mm\n0,"1,250"\n', "row 2: .*1,250"),
+        ("s_mm,tiefe\n0,12\n", "column 'tiefe'"),
+        ('s_mm,depth_mm\n0,"1,250"\n', "1,250.* thousands"),
+        ("s_mm,depth_mm\n0,12 cm\n", "row 2, column depth_mm: '12 cm'"),
         ("x" * 300_000, "larger than"),
     ],
 )
