@@ -52,7 +52,8 @@ def ingest_answer(ingested: Ingested) -> Answer:
         "faults": [*map(asdict, ingested.faults)],
         "exit_code": code,
     }
-    return _lab_answer(lab, lines, content | {"traced": [*map(asdict, traced)]}, code)
+    rows = [asdict(row) | {"sample": row.sample and row.sample.model_dump(mode="json")} for row in traced]
+    return _lab_answer(lab, lines, content | {"traced": rows}, code)
 
 
 def samples_answer(lab: Path, results: Sequence[SampleRun]) -> Answer:

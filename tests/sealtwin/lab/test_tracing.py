@@ -1,6 +1,7 @@
 """Tracing of samples after an ingest, and the questions about traced cracks in pairing.csv."""
 
 import csv
+import json
 import shutil
 from collections import Counter
 from pathlib import Path
@@ -56,6 +57,8 @@ def test_questions_about_traced_cracks_are_asked_and_answered_in_pairing_csv(lat
     assert "sealtwin run" not in again, "none of them would run"
     answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"crack": "2"}})
     assert "2 of 2 samples are sound" in call_ingest(folder, lab)
+    rows = json.loads(call_ingest(folder, lab, "--json"))["traced"]
+    assert {row["folder"]: row["sample"]["path_source"] for row in rows} == {"P01/run": "ends", "P02/run": "choice"}
     assert {row["question"] for row in pairing_rows(lab)} == {""}
     assert hashes_of(folder) == before
 
