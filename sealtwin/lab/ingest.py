@@ -12,7 +12,7 @@ from pathlib import Path, PurePath
 
 from sealtwin.core import files
 from sealtwin.core.doubts import Doubt, Location
-from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.errors import InputError, as_text, naming, present
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign
@@ -254,7 +254,12 @@ def _trace(ingested: Ingested, progress: Progress, jobs: int) -> None:
     ingested.traced = trace_all(planned, lab, progress, jobs, sheets)
     progress.start(f"Checking {len(ingested.traced)} trials", len(ingested.traced))
     for number, row in enumerate(ingested.traced, start=1):
-        _check(traced[row.folder], row)
+        sample = traced[row.folder]
+        _check(sample, row)
+        # Some remarks, as those on a scan, need the traced crack.
+        record = replace(present(sample.record, "record"), remarks=tuple(sample.remarks))
+        if record != sample.record:
+            files.write_json(sample.trial_folder / RECORD, asdict(record))
         progress.advance(number, row.folder)
 
 

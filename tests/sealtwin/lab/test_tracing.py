@@ -4,11 +4,15 @@ import csv
 import json
 import shutil
 from collections import Counter
-from pathlib import Path
+from dataclasses import replace
+from pathlib import Path, PurePath
 
+import numpy as np
 import pytest
 
 from sealtwin.core import files
+from sealtwin.core.doubts import Doubt, Location
+from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import look_into
 from sealtwin.lab import ingest as steps
 from sealtwin.lab import tracing
@@ -70,6 +74,16 @@ def test_which_line_is_the_crack_is_asked_in_the_same_round_as_a_missing_scale(l
     assert "which line is the crack?" in question(lab, "P02.png")
     assert "photo.mm_per_px is missing" in question(lab, "P02.png")
     assert "crack" in pairing_rows(lab)[0]
+
+
+def test_remarks_that_need_the_traced_crack_are_counted_in_the_catalogue(small, tmp_path, monkeypatch):
+    remark = Doubt("face", Location(PurePath("scan.ply")), "the face is stepped.", is_remark=True)
+    checked = replace(Profile(np.arange(2.0), np.zeros(2)), questions=(remark,))
+    for expected in ([remark], []):
+        monkeypatch.setattr(steps, "check_run", lambda _, left=expected: replace(checked, questions=tuple(left)))
+        ingest(small, tmp_path / "lab", QUIET, jobs=1)
+        with (tmp_path / "lab" / "catalogue.csv").open(newline="", encoding="utf-8") as table:
+            assert [row["remarks"] for row in csv.DictReader(table)] == [f"{len(expected)}"] * 2
 
 
 def test_a_sample_that_is_paired_anew_leaves_no_ghost(waiting):
