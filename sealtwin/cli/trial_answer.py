@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from sealtwin.core.facts import Fact
     from sealtwin.study.pipeline import FinishedStages
     from sealtwin.trial.job import StageName
-    from validate.comparison import Comparison
     from validate.result import TrialResult
 
 Rows = Iterator[tuple[str, str]]  # Pairs of a label and a text. A label that repeats the previous label is not printed
 LABEL_LETTERS = 9  # Width of the column of labels, in characters
+FINDINGS = "validation.mean-level", "validation.stations"  # Keys of the findings that are printed if they have a value
 MIN_MM3 = 200.0  # Smallest volume above the face that is printed
 
 
@@ -166,45 +166,24 @@ def _warnings(result: "TrialResult", last: "StageName") -> "Iterator[Fact | str]
         # The rows about the fluid already contain these facts.
         yield from without(fluid.warnings, "method.fast", "unfit")
     if last == "validate" and result.comparison is None and result.edited:
-        yield sentence("terminal_edited", edited=result.edited)
+        yield sentence("files.edited", edited=result.edited)
 
 
 def _concluded(result: "TrialResult") -> Rows:
     """Yield rows about the comparison or the prediction."""
-    from validate.report.report_facts import predicted
+    from validate.report.report_facts import predicted, prediction_facts
     from validate.sentences import sentence
 
     if (m := result.comparison) is not None:
-        yield from (("Result", text) for text in _comparison_texts(m))
-        low_mm, high_mm = m.interval_95_mm or (m.mean_error_mm, m.mean_error_mm)
-        # No gate is applied to a level that the fast model computed.
-        screening = texts(of_keys(m.headline, "verdict.screening"))
-        yield "Gate", next(iter(screening), sentence("terminal_gate", m=m, low_mm=low_mm, high_mm=high_mm))
+        yield from (("Result", text) for text in texts(m.headline))
+        if of_keys(m.headline, "verdict.baselines"):
+            yield "Result", sentence("terminal_worst", m=m)
+            findings = of_keys(m.uncertainty.findings, *FINDINGS) if m.uncertainty else ()
+            yield from (("Result", fact.text) for fact in findings if fact.value is not None)
         return
-    text = predicted(result.prediction).text
+    yield "Result", predicted(result.prediction).text
     if result.prediction is not None:
-        import numpy as np
-
-        median_mm = float(np.median(result.prediction.band_95_mm))
-        text = sentence("terminal_predicted", predicted=text, median_mm=median_mm)
-    yield "Result", text
-
-
-def _comparison_texts(m: "Comparison") -> Iterator[str]:
-    """Yield three lines: the mean error and the readings, the baselines and stations, and the worst error.
-
-    If the mean error is not valid, the lines say why.
-    """
-    from validate.metrics.verdict import NEARLY_ALL, nearer_baseline
-    from validate.sentences import sentence
-
-    if not of_keys(m.headline, "verdict.baselines"):
-        yield from texts(m.headline)
-        return
-    role, nearer = sentence("verdict.role", m=m, in_full=False), nearer_baseline(m.mean_error_mm, m.baselines)
-    yield sentence("terminal_result", m=m, u=m.uncertainty, nearly_all=NEARLY_ALL, role=role)
-    yield sentence("terminal_baselines", u=m.uncertainty, nearer=nearer)
-    yield sentence("terminal_worst", m=m, u=m.uncertainty)
+        yield "Result", prediction_facts(result.prediction)[0].text
 
 
 def _adds(result: "TrialResult") -> str:

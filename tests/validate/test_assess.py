@@ -82,7 +82,7 @@ def test_the_level_of_the_fast_model_is_added_to_the_baselines(evidence):
     """The particles' level is 0.5 mm too high. The fast model does not change the uncertainty of the mean level."""
     both, alone = (all_of(evidence, runs=replace(spread(), fast_mm=fast_mm)) for fast_mm in (slope(S_MM) + 0.2, None))
     assert {one.name: one.mean_error_mm for one in both.baselines}["the fast model"] == pytest.approx(0.2)
-    assert "The fast model (error 0.20 mm) is nearer" in both.verdict
+    assert "nearer the readings: the fast model." in both.verdict
     assert [one.name for one in both.baselines if one not in alone.baselines] == ["the fast model"]
     assert both.uncertainty.mean_level == alone.uncertainty.mean_level
 

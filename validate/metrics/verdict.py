@@ -91,13 +91,6 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
     return error_mm < min(fair) if fair else None
 
 
-def nearer_baseline(error_mm: float, baselines: Sequence[Baseline]) -> str:
-    """Return a sentence that names the simplest baseline with an error up to ``error_mm``, and simpler baselines."""
-    names = [f"{baseline.name} (error {baseline.mean_error_mm:.2f} mm)" for baseline in baselines]
-    nearer = next((i for i, baseline in enumerate(baselines) if baseline.mean_error_mm <= error_mm), None)
-    return sentence("nearer_baseline", baselines=baselines, names=names, nearer=nearer)
-
-
 def against_baselines(
     error_mm: float,
     baselines: Sequence[Baseline],
@@ -118,7 +111,7 @@ def against_baselines(
         fitted=fitted,
         stations=stations,
         beats=beaten(error_mm, baselines, role, fitted),
-        nearer=nearer_baseline(error_mm, baselines),
+        nearer=next((baseline.name for baseline in baselines if baseline.mean_error_mm <= error_mm), None),
     )
 
 
@@ -240,8 +233,7 @@ def with_verdict(
     }
     numbers |= dict.fromkeys((BASELINES, "verdict.mean-error", "verdict.gate"), mean_error)
     headline = tuple(
-        stated(key, *numbers.get(key, ()), level=LEVELS.get(key, "plain"), in_full=True, **parts)
-        for key in HEADLINES[case]
+        stated(key, *numbers.get(key, ()), level=LEVELS.get(key, "plain"), **parts) for key in HEADLINES[case]
     )
     findings = uncertainty.findings if uncertainty is not None and case == "judged" else ()
     verdict = {"headline": headline, "outcome": outcome, "passed": passed, "findings": findings}

@@ -1,5 +1,7 @@
 """Verdicts, the readings that they need, and baselines."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -11,8 +13,8 @@ from validate.compare import compare
 from validate.comparison import Baseline, Basis, Comparison, ErrorFigures
 from validate.intervals import BudgetSummary, ErrorUncertainty
 from validate.metrics.verdict import (
+    against_baselines,
     basis_of,
-    nearer_baseline,
     with_verdict,
 )
 from validate.settings import Gate
@@ -142,24 +144,11 @@ def test_a_baseline_uses_no_more_readings_than_the_simulation(role, fitted, name
 
 
 @pytest.mark.parametrize(
-    ("error_mm", "sentence"),
-    [
-        (2.5, "A flat line (error 2.00 mm) is nearer the readings."),
-        # With equal errors the baseline wins, since it needs no simulation.
-        (1.0, "A parabola (error 1.00 mm) is nearer the readings, unlike a flat line (error 2.00 mm)."),
-        (
-            0.7,
-            "A curve (error 0.50 mm) is nearer the readings, unlike a flat line (error 2.00 mm) and a parabola "
-            "(error 1.00 mm).",
-        ),
-        (
-            0.1,
-            "None of these is nearer the readings: a flat line (error 2.00 mm), a parabola (error 1.00 mm), a curve "
-            "(error 0.50 mm).",
-        ),
-    ],
+    ("error_mm", "names"), [(2.5, ["a flat line"]), (1.0, ["a parabola"]), (0.7, ["a curve"]), (0.1, [])]
 )
-def test_the_simplest_baseline_that_is_nearer_than_the_simulation_is_named(error_mm, sentence):
+def test_the_simplest_baseline_that_is_nearer_than_the_simulation_is_named(error_mm, names):
+    """With equal errors the baseline wins, since it needs no simulation."""
     baselines = Baseline("a flat line", 1, 2.0), Baseline("a parabola", 3, 1.0), Baseline("a curve", 4, 0.5)
-    assert nearer_baseline(error_mm, baselines) == sentence
-    assert nearer_baseline(error_mm, ()) == "There is no baseline to compare it with."
+    text = against_baselines(error_mm, baselines, "calibrated-on", 4)
+    assert re.findall(r"nearer the readings: (.*)\.", text) == names
+    assert "no baseline" in against_baselines(error_mm, (), "calibrated-on", 4)
