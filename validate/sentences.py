@@ -67,7 +67,8 @@ def _template() -> jinja2.Template:
     loader = jinja2.PackageLoader("validate")
     environment = jinja2.Environment(
         loader=loader, undefined=jinja2.StrictUndefined, autoescape=False, bytecode_cache=template_cache(),
-        finalize=_without_marks,
+        # A text of a user has no rows of its own.
+        finalize=lambda value: value.replace(ROW, "").replace(PART, "") if isinstance(value, str) else value,
     )  # fmt: skip
     environment.globals.update(
         counted=counted, each=_each, from_face=_from_face, labels=LABELS, listed=_listed, millimetres=millimetres,
@@ -75,10 +76,6 @@ def _template() -> jinja2.Template:
     )  # fmt: skip
     environment.filters["setting_name"] = setting_name
     return environment.get_template("report_words.j2")
-
-
-def _without_marks(value: Any) -> Any:
-    return value.replace(ROW, "").replace(PART, "") if isinstance(value, str) else value
 
 
 def _each(form: str, values: Iterable[float]) -> str:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 Rows = Iterator[tuple[str, str]]  # Pairs of a label and a text. A label that repeats the previous label is not printed
 LABEL_LETTERS = 9  # Width of the column of labels, in characters
-FINDINGS = "validation.mean-level", "validation.stations"  # Keys of the findings that are printed if they have a value
 MIN_MM3 = 200.0  # Smallest volume above the face that is printed
 
 
@@ -178,7 +177,8 @@ def _concluded(result: "TrialResult") -> Rows:
         yield from (("Result", text) for text in texts(m.headline))
         if of_keys(m.headline, "verdict.baselines"):
             yield "Result", sentence("terminal_worst", m=m)
-            findings = of_keys(m.uncertainty.findings, *FINDINGS) if m.uncertainty else ()
+            # Those about the mean level, if it is assessed, and about the stations
+            findings = m.uncertainty.findings[:2] if m.uncertainty else ()
             yield from (("Result", fact.text) for fact in findings if fact.value is not None)
         return
     yield "Result", predicted(result.prediction).text

@@ -275,11 +275,11 @@ def _omitted(sample: LabSample) -> dict[str, None]:
 
 def _check(sample: LabSample, row: TracedRow) -> None:
     """Add questions about faults that prevent the run of a traced trial, and about doubtful readings."""
-    if row.status != "asked" and SCALE in sample.stand_ins:
-        return  # Walls and lengths wait for the scale. Which line is the crack does not depend on it.
     if row.status == "asked":
         sample.ask(Doubt("crack", Location(sample.files["photo"][0]), row.reason, answers={"crack": None}))
         return
+    if SCALE in sample.stand_ins:
+        return  # Walls and lengths wait for the scale
     if row.sample is None:
         sample.fault(row.reason)
         return

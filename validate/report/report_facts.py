@@ -18,7 +18,7 @@ from validate.run_facts import is_draft, levels_in_words, run_warnings, seed_fac
 from validate.sentences import assumed, doubted, sentence, stated
 from validate.uncertainty.meniscus import Mouth
 from validate.uncertainty.validation import MEAN_LEVEL
-from validate.units import LABELS, unit_of, words
+from validate.units import LABELS, signed, unit_of, words
 
 ML = 1000.0  # mm³
 HEALTH_LABELS: dict[str, tuple[str, float, str]] = LABELS["health"]
@@ -67,12 +67,12 @@ def predicted(prediction: PredictedLevel | None) -> Fact:
 def other_levels(prediction: PredictedLevel) -> str:
     """Return a space and a sentence about the mean levels of the fast model and of the flat dispensed volume."""
     levels = {"the fast model": prediction.fast_level_mm, POOL: prediction.flat_level_mm}
-    means_mm = {
-        name: float(np.trapezoid(level_mm)) / (len(level_mm) - 1)
+    means = [
+        f"{signed(float(np.trapezoid(level_mm)) / (len(level_mm) - 1), 2)} mm by {name}"
         for name, level_mm in levels.items()
         if level_mm is not None
-    }
-    text = sentence("other_levels", levels_mm=means_mm)
+    ]
+    text = sentence("other_levels", levels=means)
     return f" {text}" if text else ""
 
 
