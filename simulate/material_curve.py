@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field, Tag
 
-from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import ByForm, Settings, checked
@@ -74,11 +73,8 @@ else:
 
 def read_curve(path: Path) -> MaterialCurve:
     """Read the CSV table of a material. Raises InputError with file, row, column and value."""
-    columns = read_columns(path, BOUNDS, ["age_s", "viscosity_pa_s"], (2, MAX_ROWS))
-    rows = columns.pop("row")
-    if fault := _first_fault(columns):
-        number, name, problem = fault
-        raise InputError(f"{path}, row {rows[number]:g}, column {name}: {problem}.")
+    columns = read_columns(path, BOUNDS, ["age_s", "viscosity_pa_s"], (2, MAX_ROWS), ["age_s"])
+    columns.pop("row")
     return checked(MaterialCurve, path, columns)
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from sealtwin.core.errors import InputError, present
+from sealtwin.core.errors import present
 from sealtwin.core.plain_files import read_columns
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
@@ -67,10 +67,8 @@ class WeighedFill(Settings):
         if self.file is None:
             return self
         path = folder / self.file
-        columns = read_columns(path, BOUNDS, list(BOUNDS), (1, MAX_ROWS))
-        rows = columns.pop("row")
-        if fault := _fall(columns):
-            raise InputError(f"{path}, row {rows[fault[0]]:g}, column {fault[1]}: {fault[2]}.")
+        columns = read_columns(path, BOUNDS, list(BOUNDS), (1, MAX_ROWS), list(BOUNDS))
+        columns.pop("row")
         return self.model_copy(update={"file": None, **{name: tuple(values) for name, values in columns.items()}})
 
     @property

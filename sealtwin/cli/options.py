@@ -89,7 +89,7 @@ def along(text: str, column: str) -> Any:
     from digitise.settings import DEEPEST_MM, MAX_STATIONS
 
     bounds = {"s_mm": (0.0, LONGEST_MM), column: (0.0, DEEPEST_MM)}
-    columns = read_columns(path, bounds, [*bounds], (1, MAX_STATIONS))
+    columns = read_columns(path, bounds, [*bounds], (1, MAX_STATIONS), ["s_mm"])
     return [[s_mm, value_mm] for s_mm, value_mm in zip(columns["s_mm"], columns[column], strict=True)]
 
 

@@ -65,10 +65,13 @@ def read_text(path: Path, largest_bytes: int = LARGEST_BYTES) -> str:
     return io.TextIOWrapper(io.BytesIO(read_bytes(path, largest_bytes)), encoding="utf-8-sig").read()
 
 
-def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[int, int]) -> dict[str, list[float]]:
+def read_columns(
+    path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[int, int], rising: Sequence[str] = ()
+) -> dict[str, list[float]]:
     """Read a CSV of numbers. Its columns are named in ``bounds``, and may be in any order.
 
-    ``needed`` names the columns that must be present. ``rows`` is the smallest and the largest number of rows. Returns
+    ``needed`` names the columns that must be present, and ``rising`` those whose numbers become larger from row to row.
+    ``rows`` is the smallest and the largest number of rows. Returns
     the numbers of each column by name, and under the key ``row`` the row numbers in the file. Raises InputError with
     file, row, column and value.
     """
@@ -116,6 +119,11 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
                 raise InputError(f"{path}, row {line}, column {name}: '{cell:.60}' is not a number.") from None
             if not low <= value <= high:
                 raise InputError(f"{path}, row {line}, column {name}: {value:g} is not in {low:g} to {high:g}.")
+            if name in rising and columns[name] and value <= columns[name][-1]:
+                raise InputError(
+                    f"{path}, row {line}, column {name}: {value:g} follows {columns[name][-1]:g}; values must become "
+                    "larger from row to row."
+                )
             columns[name].append(value)
         columns["row"].append(line)
     return columns

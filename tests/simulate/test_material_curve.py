@@ -48,7 +48,7 @@ def test_a_curve_interpolates_the_logarithm_of_viscosity_between_its_rows(tmp_pa
     ("text", "fault"),
     [
         ("", "no column age_s"),
-        ("age_s;viscosity_pa_s\n0;1\n", "row 1: column 'age_s;viscosity_pa_s' is unknown.*commas"),
+        ("age_s|viscosity_pa_s\n0|1\n", "row 1: column 'age_s.viscosity_pa_s' is unknown.*commas"),
         ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or occurs twice"),
         ("viscosity_pa_s\n1\n2\n", "no column age_s"),
         ("temperature_c,viscosity_pa_s\n9,1\n5,1\n", "column 'temperature_c' is unknown"),
