@@ -280,9 +280,9 @@ def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> EdgeFit:
     better, cause = max(((near.agreeing, cause) for near, cause in fits if near is not None), default=(0.0, ""))
     if better > max(agreeing + SURER, LEAST_AGREEING):
         raise InputError(
-            f"{path}: the scan is {cause}: edges agree with the mouth's along {agreeing:.0%} of the crack, but so "
-            f"along {better:.0%}. Export it without mirroring, with axes that agree with the photo's up to "
-            f"{MOST_TURN_DEG:g} degrees, or name points."
+            f"{path}: the scan is {cause}: edges agree with the mouth's along {better:.0%} of the crack if it is, and "
+            f"along {agreeing:.0%} if it is not. Export it without mirroring, with axes that agree with the photo's up "
+            f"to {MOST_TURN_DEG:g} degrees, or name points."
         )
     if fit is None or agreeing < LEAST_AGREEING:
         raise InputError(
