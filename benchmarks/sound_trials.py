@@ -175,9 +175,8 @@ def commanded(*arguments: object, out: Path) -> Reaction:
         text: fact["key"] for text, fact in facts.items() if fact["kind"] == "doubt" or fact["level"] != "plain"
     }
     cautions |= {text: first_words(text) for text in NOTE.findall(answer.stderr) if text not in facts}
-    # The samples and the traced photos of a lab.
+    # The samples of a lab. Facts about its traced photos are among those above.
     remarks = [text for sample in content.get("samples", ()) for text in sample["remarks"]]
-    remarks += [text for row in content.get("traced", ()) for text in row["warnings"]]
     cautions |= {text: first_words(text) for text in remarks if not text.startswith("Assumed")}
     asked = [text for sample in content.get("samples", ()) for text in sample["faults"]]
     return Reaction(cautions, asked, [f"exit code {answer.exit_code}"] * (answer.exit_code not in ACCEPTED))
