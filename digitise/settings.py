@@ -12,6 +12,7 @@ from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Likely, Settings
+from sealtwin.core.solid_figures import TILTS, Tilting
 from sealtwin.scan.settings import Placement
 
 InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a point in or beside a photo
@@ -27,8 +28,6 @@ FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0
 # Limits of the volume: three cartridges, and four particles of the paper's size
 LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML = 1000.0, 0.001
 Tilt = Literal["lean", "flare", "funnel", "undercut", "vertical"]
-AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts whose mouth and floor differ in width
-
 
 # Angle of a wall in degrees. For walls that widen downward, use the tilt "undercut" and no negative angle
 WallAngle = Annotated[float, Field(ge=0, lt=60)]
@@ -247,13 +246,18 @@ class CrackShape(Settings):
     ends at the face."""
 
     @property
+    def tilting(self) -> Tilting:
+        """Row of the tilt in ``TILTS``."""
+        return TILTS[self.tilt]
+
+    @property
     def deepest_mm(self) -> float:
         return float(by_station(self.depth_mm)[:, 1].max())
 
     @property
     def wall_angles_deg(self) -> tuple[float, float]:
         """Angles of the left and the right wall from the vertical."""
-        if self.tilt == "vertical":
+        if not any(self.tilting):
             return 0.0, 0.0
         both = self.wall_angle_deg
         return both if isinstance(both, tuple) else (both, both)
@@ -275,11 +279,11 @@ class CrackShape(Settings):
             raise ValueError("scan cannot be combined with fill: give only one of them")
         left_deg, right_deg = self.wall_angles_deg
         default = type(self).model_fields["wall_angle_deg"].default
-        if self.fill is not None and self.tilt in AGAINST_EACH_OTHER and self.wall_angle_deg != default:
+        if self.fill is not None and self.tilting.opens and self.wall_angle_deg != default:
             raise ValueError(
                 "wall_angle_deg cannot be combined with fill, which gives the angle. Leave wall_angle_deg out"
             )
-        if self.tilt == "lean" and left_deg != right_deg:
+        if self.tilting.lean and left_deg != right_deg:
             raise ValueError(
                 f'wall_angle_deg is [{left_deg:g}, {right_deg:g}], but tilt = "lean" has a single angle. Give one '
                 "number, or choose flare, funnel or undercut"

@@ -222,11 +222,6 @@ class LiveWire:
         width_px = width_along(self._photo, line_px, max(width, 1.0) / field.scale)
         return Route(self._photo, field, cells, line_px, width_px, stops[1:-1] if clicked else stops[:0])
 
-    def _nearest_cells(self, points_px: Floats) -> Integers:
-        """Return the row and column of each point, (n, 2). A point outside the map is moved to the map's rim."""
-        cells = np.rint(self.field.to_cells(points_px)[:, ::-1]).astype(int)
-        return np.clip(cells, 0, np.array(self.field.clear.shape) - 1)
-
     def _on_map(self, points_px: Floats) -> Integers:
         """Return the row and column of each point, (n, 2), moved to the nearest cell that is searched.
 
@@ -235,7 +230,9 @@ class LiveWire:
         allowed = np.argwhere(self.field.allowed)
         if len(allowed) == 0:
             raise InputError(f"{self._photo.file}: no part of the sample is near the ends. Check ends_px and roi_px.")
-        cells, searched = np.rint(self.field.to_cells(points_px)[:, ::-1]), self._nearest_cells(points_px)
+        cells = np.rint(self.field.to_cells(points_px)[:, ::-1])
+        # A point outside the map is moved to the map's rim.
+        searched = np.clip(cells.astype(int), 0, np.array(self.field.clear.shape) - 1)
         for number in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
             searched[number] = allowed[nearest_cell(allowed, cells[number])]
         moved_px = lengths(searched - cells) / self.field.scale

@@ -93,9 +93,9 @@ def window_around(points_px: Floats, reach_px: float, size_px: Size) -> tuple[Fl
     return low, (rows, columns)
 
 
-def draw_line(picture: Mask, points: Floats, value: int = 255, width: float = 1.0) -> None:
-    """Set the pixels of a line, (n, 2) as column and row, to ``value``. The line is at least a pixel wide."""
-    cv2.polylines(picture, [np.rint(points).astype(np.int32)], False, value, max(1, round(width)))
+def draw_line(picture: Mask, points: Floats, width: float = 1.0) -> None:
+    """Set the pixels of a line, (n, 2) as column and row, to 255. The line is at least a pixel wide."""
+    cv2.polylines(picture, [np.rint(points).astype(np.int32)], False, 255, max(1, round(width)))
 
 
 def filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> Mask:

@@ -57,10 +57,10 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     footprint = lay_out(outline, shape, spread_mm)
     slicer = Slicer(footprint, shape)
     sections = [slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
-    if shape.tilt == "lean" and sections[1].area() < MIN_FLOOR * sections[0].area():
+    if shape.tilting.lean and sections[1].area() < MIN_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
     plates = dams(footprint, sections, spread_mm)
-    if shape.tilt == "undercut" and slicer.meets_below():
+    if shape.tilting.opens > 0 and slicer.meets_below(*sections):
         raise InputError(
             f'With tilt = "undercut" and walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, parts of the '
             f'crack meet below the face. {REDUCE_ANGLE}, or choose tilt = "lean", which keeps the width.'
@@ -183,10 +183,10 @@ def _watertight(
 
 def _widths_mm(outline: Outline, shape: CrackShape) -> tuple[float, float]:
     """Return the mean width at the mouth and at the floor, in mm."""
-    opening_mm = sum(wall_shifts_mm(shape)) * {"flare": 1.0, "undercut": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
+    opening_mm = sum(wall_shifts_mm(shape)) * shape.tilting.away
     other_mm = _mean_along(outline, np.maximum(0.0, outline.width_mm + opening_mm))
     photo_mm = outline.mean_width_mm
-    return (other_mm, photo_mm) if shape.tilt == "flare" else (photo_mm, other_mm)
+    return (other_mm, photo_mm) if shape.tilting.floor_traced else (photo_mm, other_mm)
 
 
 def _mean_along(outline: Outline, values: Floats) -> float:
@@ -205,7 +205,7 @@ def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
 
 
 def _tilt_warnings(outline: Outline, shape: CrackShape, closing: ClosingDepth) -> list[Fact]:
-    if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor < MIN_CLOSED:
+    if shape.tilting.away >= 0 or closing.mean is None or closing.share_above_floor < MIN_CLOSED:
         return []
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     text = (

@@ -185,13 +185,13 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     block = box_region(block_mm)
     ends = tuple(_on_side(end, ring, block_mm, width_mm) if end.kind == "open" else end for end in ends)
     reach_mm = spread_mm + RUN_OUT_MM + width_mm
-    opens = shape.tilt in ("flare", "undercut")
+    opens = shape.tilting.away > 0
     # The run-out of a funnel also narrows from its far end, and the run-out of leaning walls moves.
     least_reach_mm = CLEAR_MM + spread_mm * (not opens)
     # In a straight crack, the tilt moves no part into the stopper that is farther from the end than this plus a width.
     near_mm = max(spread_mm * (1 + opens), 5 * CLEAR_MM)
     grown_mm = spread_mm * opens + CLEAR_MM / 2
-    steps_mm = np.arange(0.0, spread_mm * (shape.tilt == "lean") + CLEAR_MM / 2, CLEAR_MM / 2)
+    steps_mm = np.arange(0.0, spread_mm * shape.tilting.lean + CLEAR_MM / 2, CLEAR_MM / 2)
 
     def swept(part: CrossSection) -> CrossSection:
         """Return the union of the regions that a part of the crack covers at all depths, with some clearance."""
@@ -293,7 +293,7 @@ def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
     """
     chord_mm = centreline_mm[-1] - centreline_mm[0]
     length_mm = np.linalg.norm(chord_mm)
-    if shape.tilt == "lean" and length_mm < 0.05 * arc_length(centreline_mm)[-1]:
+    if shape.tilting.lean and length_mm < 0.05 * arc_length(centreline_mm)[-1]:
         raise InputError('The crack ends where it began, so the walls have no side to lean to. Choose tilt = "flare".')
     return to_left(chord_mm) / max(length_mm, 1e-9) * (1.0 if shape.lean_to == "left" else -1.0)
 
@@ -301,8 +301,8 @@ def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
 def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, lean: Floats, spread_mm: float) -> Box:
     """Return the bounding box of mouth and floor with a margin. Sides with open ends have no margin."""
     box = np.concatenate([ring_mm.min(axis=0), ring_mm.max(axis=0)])
-    reached_mm = np.vstack([ring_mm, ring_mm + spread_mm * (shape.tilt == "lean") * lean])
-    around_mm = shape.margin_mm + spread_mm * (shape.tilt in ("flare", "undercut"))
+    reached_mm = np.vstack([ring_mm, ring_mm + spread_mm * shape.tilting.lean * lean])
+    around_mm = shape.margin_mm + spread_mm * (shape.tilting.away > 0)
     grown = np.concatenate([reached_mm.min(axis=0) - around_mm, reached_mm.max(axis=0) + around_mm])
     sides = [nearest_side(end.centre_mm, tuple(box)) for end in ends if end.kind == "open"]
     grown[sides] = box[sides]

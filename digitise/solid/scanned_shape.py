@@ -86,8 +86,8 @@ def shape_of(solid: Solid, shape: CrackShape) -> CrackShape:
     """Return the settings with the depths and walls of a solid that was made with a scan."""
     sections = solid.sections
     table_mm = tuple(zip(sections.s_mm.tolist(), sections.depth_mm.tolist(), strict=True))
-    walls = {"tilt": solid.tilt, "wall_angle_deg": solid.wall_angles_deg}
-    return shape.model_copy(update={"depth_mm": table_mm, "scan": None, **walls})
+    changes = {"depth_mm": table_mm, "tilt": solid.tilt, "wall_angle_deg": solid.wall_angles_deg, "scan": None}
+    return shape.model_copy(update=changes)
 
 
 def _wall_angles_deg(

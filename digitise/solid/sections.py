@@ -11,9 +11,9 @@ from skimage.measure import points_in_poly
 
 from digitise.geometry.polyline import left_normals, resampled
 from digitise.geometry.region import pieces
-from digitise.settings import AGAINST_EACH_OTHER, CrackShape
+from digitise.settings import CrackShape
 from digitise.solid.footprint import Footprint
-from digitise.solid.wedges import Stretch, tilted_walls, wall_shifts_mm
+from digitise.solid.wedges import tilted_walls, wall_shifts_mm
 from sealtwin.core.records import Floats, Outline, Sections
 
 SAMPLES = 256  # Samples of the line from wall to wall, for stones. A stone's side is right to 0.2 % of the width
@@ -29,10 +29,8 @@ def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
     and the additional volume in a bend.
     """
     s_mm, width_mm = outline.s_mm, outline.width_mm
-    depth_mm, closing = shape.depth_at_mm(s_mm), _slopes(shape).sum()
-    if shape.tilt == "undercut":
-        closing = -closing
-    if shape.tilt == "flare":
+    depth_mm, closing = shape.depth_at_mm(s_mm), -_slopes(shape).sum()
+    if shape.tilting.floor_traced:
         # The traced width is the width at the deepest level. A shallower floor is wider.
         mouth_mm, open_mm = width_mm + closing * shape.deepest_mm, depth_mm
     else:
@@ -44,8 +42,8 @@ def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
 
 
 def _slopes(shape: CrackShape) -> Floats:
-    """Return by how many mm the left and the right wall move sideways for each mm of depth, (2,)."""
-    return np.tan(np.radians(shape.wall_angles_deg)) * (shape.tilt in AGAINST_EACH_OTHER)
+    """Return by how many mm the left and the right wall widen the crack for each mm of depth, (2,)."""
+    return np.tan(np.radians(shape.wall_angles_deg)) * shape.tilting.opens
 
 
 def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats:
@@ -58,7 +56,7 @@ def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats
     side_mm = np.vstack([resampled(ring, STONE_STEP_MM) for ring in rings])
     _, station = KDTree(outline.centreline_mm).query(side_mm)
     to_left = (side_mm - outline.centreline_mm[station]) * left_normals(outline.centreline_mm)[station]
-    left, right = np.maximum(_slopes(shape), UPRIGHT)
+    left, right = np.maximum(np.abs(_slopes(shape)), UPRIGHT)
     width_mm, share = outline.width_mm[:, None], (np.arange(SAMPLES) + 0.5) / SAMPLES
     across_mm = outline.right_wall_mm - outline.left_wall_mm
     place_mm = outline.left_wall_mm[:, None] + share[:, None] * across_mm[:, None]
@@ -66,11 +64,11 @@ def _stones_mm2(outline: Outline, depth_mm: Floats, shape: CrackShape) -> Floats
     inside = np.any([points_in_poly(place_mm.reshape(-1, 2), ring) for ring in rings], axis=0).reshape(away_mm.shape)
     # Height over which the side of the nearest stone moves as far as the point is away from it.
     height_mm = away_mm / np.where(to_left.sum(axis=1) > 0, left, right)[nearest]
-    if shape.tilt == "funnel":
+    if shape.tilting.away < 0:
         open_mm = np.minimum(depth_mm[:, None], np.minimum(share * width_mm / left, (1 - share) * width_mm / right))
         filled_mm = np.where(inside, open_mm, np.maximum(open_mm - height_mm, 0.0))
     else:
-        below_mm = shape.deepest_mm - depth_mm if shape.tilt == "flare" else np.zeros_like(depth_mm)
+        below_mm = shape.deepest_mm - depth_mm if shape.tilting.floor_traced else np.zeros_like(depth_mm)
         filled_mm = np.where(inside, np.clip(height_mm - below_mm[:, None], 0.0, depth_mm[:, None]), 0.0)
     return outline.width_mm * filled_mm.mean(axis=1)
 
@@ -82,9 +80,8 @@ class Slicer:
         self._footprint = footprint
         self._shape = shape
         self._shifts_mm = wall_shifts_mm(shape)
-        self._stretches: list[Stretch] = []
-        if shape.tilt in AGAINST_EACH_OTHER and self._shifts_mm[0] != self._shifts_mm[1]:
-            self._stretches = tilted_walls(footprint, shape)
+        left_mm, right_mm = self._shifts_mm
+        self._stretches = tilted_walls(footprint, shape) if left_mm != right_mm else []
 
     def between_walls(self, depth_mm: float) -> CrossSection:
         """Return the region between the walls at a depth. The floor is ignored."""
@@ -96,32 +93,29 @@ class Slicer:
         section, floor = self.between_walls(depth_mm), self._footprint.floor
         return section if floor is None else section - floor.ground.slice(-depth_mm)
 
-    def meets_below(self) -> bool:
+    def meets_below(self, face: CrossSection, floor: CrossSection) -> bool:
         """Return True if parts of the crack meet below the face, so that a stone hangs free or a bridge remains.
 
-        A spike of material that ends above the floor is allowed.
+        ``face`` and ``floor`` are the sections between the walls at the face and at the deepest floor. A spike of
+        material that ends above the floor is allowed.
         """
         block = self._footprint.block
-        face, floor = self.between_walls(0.0), self.between_walls(self._shape.deepest_mm)
         return not (_matched(block - face, block - floor) and _matched(floor, face))
 
     def _moved(self, share: float) -> CrossSection:
-        crack, shift_mm = self._footprint.crack, self._shifts_mm[0]
-        if self._shape.tilt == "vertical":
-            return crack
-        if self._shape.tilt == "lean":
+        crack, shift_mm, tilting = self._footprint.crack, self._shifts_mm[0], self._shape.tilting
+        if tilting.lean:
             x, y = share * shift_mm * self._footprint.lean
             return crack.translate((x, y))
-        outward = self._shape.tilt != "funnel"
-        share = 1 - share if self._shape.tilt == "flare" else share
-        if share <= 0:
+        share = 1 - share if tilting.floor_traced else share
+        if share <= 0 or not tilting.away:
             return crack
         if self._stretches:
             # All rings have the same orientation, so overlapping rings are united.
             rings = [np.vstack([ring, (ring + share * (moved - ring))[::-1]]) for ring, moved in self._stretches]
             walls = CrossSection(rings, FillRule.NonZero)
-            return crack + walls if outward else crack - walls
-        return crack.offset(share * shift_mm * (1 if outward else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)
+            return crack + walls if tilting.away > 0 else crack - walls
+        return crack.offset(share * shift_mm * tilting.away, JoinType.Round, circular_segments=ARC_SEGMENTS)
 
 
 def _matched(region: CrossSection, within: CrossSection) -> bool:

@@ -29,7 +29,6 @@ def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
 def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
     """Return the tilted walls. The walls of a flare go up from its floor, and other walls go down from the mouth."""
     left_mm, right_mm = wall_shifts_mm(shape)
-    outward = -1.0 if shape.tilt == "funnel" else 1.0
     stretches = []
     for ring in footprint.crack.to_polygons():
         onward = np.roll(ring, -1, axis=0)
@@ -40,7 +39,7 @@ def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
         if left_mm != right_mm:
             share = footprint.sides.left_share((ring + onward) / 2, -normal)
             shift_mm = share * left_mm + (1 - share) * right_mm
-        stretches += _moved_ring(ring, normal, -outward * shift_mm)
+        stretches += _moved_ring(ring, normal, -shape.tilting.away * shift_mm)
     return stretches
 
 
@@ -95,16 +94,16 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     block = prism(footprint.block, bottom_mm, 0.0)
     shaft = prism(footprint.crack, -depth_mm - (BELOW_MM if footprint.floor else 0.0), 0.0)
     walls = Manifold()
-    if shape.tilt == "lean":
+    if shape.tilting.lean:
         shear: Floats = np.eye(3, 4)
         shear[:2, 2] = -wall_shifts_mm(shape)[0] / depth_mm * footprint.lean
         shaft = shaft.transform(shear)
-    elif shape.tilt == "flare":
+    elif shape.tilting.floor_traced:
         shaft += _wedges(footprint, shape, edge_z_mm=-depth_mm, far_z_mm=0.0)
-    elif shape.tilt == "undercut":
+    elif shape.tilting.away > 0:
         # Wedges of walls that move outward have the right orientation if they go up. The body is mirrored afterwards.
         shaft += _wedges(footprint, shape, edge_z_mm=0.0, far_z_mm=depth_mm).mirror((0.0, 0.0, 1.0))
-    elif shape.tilt == "funnel":
+    elif shape.tilting.away < 0:
         walls = _wedges(footprint, shape, edge_z_mm=0.0, far_z_mm=-depth_mm)
     if not footprint.stoppers.is_empty():
         shaft -= prism(footprint.stoppers, -depth_mm - 2 * BELOW_MM, BELOW_MM)

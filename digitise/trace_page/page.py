@@ -258,9 +258,7 @@ class _Visit(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         if (content := self._page.get(self._name)) is None:
             return self.send_error(HTTPStatus.NOT_FOUND, "nothing has that name")
-        body, media_type = content
-        self._begin(HTTPStatus.OK, media_type, {"Content-Length": str(len(body))})
-        self.wfile.write(body)
+        self._send(HTTPStatus.OK, *content)
 
     def do_POST(self) -> None:
         try:
@@ -280,8 +278,7 @@ class _Visit(BaseHTTPRequestHandler):
         # If the request has no version, the library would send no headers.
         self.request_version = self.protocol_version
         body = json.dumps({"error": message or HTTPStatus(code).phrase}).encode()
-        self._begin(code, "application/json", {"Content-Length": str(len(body))})
-        self.wfile.write(body)
+        self._send(code, body, "application/json")
 
     def log_message(self, format: str, *args: Any) -> None:
         """Write no log, because the addresses of requests contain the token."""
@@ -293,6 +290,10 @@ class _Visit(BaseHTTPRequestHandler):
     @property
     def _name(self) -> str:
         return self.path.removeprefix("/").partition("/")[2]
+
+    def _send(self, status: int, body: bytes, media_type: str) -> None:
+        self._begin(status, media_type, {"Content-Length": str(len(body))})
+        self.wfile.write(body)
 
     def _begin(self, status: int, media_type: str, headers: dict[str, str]) -> None:
         self.send_response(status)

@@ -238,7 +238,8 @@ class TraceSession:
                 else:
                     path = self._kept("path", photo, settings.hints, lambda: self._path(photo, settings))
                     if path.doubtful:
-                        yield "cracks", list(map(_crack_answer, self._rivals(photo, roi_px)))
+                        wire = self._wire(photo, roi_px)
+                        yield "cracks", list(map(_crack_answer, self._kept("rivals", wire, (), wire.rivals)))
                 figures: Answer = {"width_px": path.width_px, "source": path.source, "warnings": texts(path.warnings)}
                 yield "path", figures | {"points_px": _rounded(path.points_px)}
                 outline = trace_outline(photo, path, settings)
@@ -283,10 +284,6 @@ class TraceSession:
         if photo.drawn is not None or settings.ends_px is None:
             return painted_path(photo, settings.ends_px)
         return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
-
-    def _rivals(self, photo: Photo, roi_px: Clicks | None) -> list[FoundCrack]:
-        wire = self._wire(photo, roi_px)
-        return self._kept("rivals", wire, (), wire.rivals)
 
     def _wire(self, photo: Photo, roi_px: Clicks | None) -> LiveWire:
         """Return the map for path searches. The map is cached, because computing it takes longer than a search."""

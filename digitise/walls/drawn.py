@@ -16,7 +16,7 @@ from digitise.image.raster import Mask, draw_line, filled_polygon, sampled, wind
 from digitise.photo import Photo
 from digitise.settings import Clicks
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.arrays import Booleans, Floats, lengths
+from sealtwin.core.arrays import Floats, lengths
 from sealtwin.core.errors import InputError
 
 # Constants of drawn lines. "widths" are widths of the path.
@@ -61,17 +61,12 @@ def with_drawn(photo: Photo, path: CrackPath, walls_px: Sequence[Clicks | Floats
         outward = (line_px - foot) / np.maximum(lengths(line_px - foot), 1.0)[:, None]
         beyond_px = line_px + width_px * outward
         for marked, other, beside_px in ((crack, ground, foot), (ground, crack, beyond_px)):
-            area = _between(light[window].shape, line_px, beside_px)
+            area = filled_polygon(light[window].shape, np.concatenate([line_px, beside_px[::-1]])) > 0
             marked[window][area], other[window][area] = 255, 0
         draw_line(decided[window], line_px, width=1)
     light[ground > 0] = np.maximum(light[ground > 0], float(np.percentile(light, GROUND)))
     light[crack > 0] = float(np.median(sampled(photo.brightness, path.points_px)))
     return ByHand(replace(photo, brightness=light), decided | crack | ground)
-
-
-def _between(shape: tuple[int, ...], first: Floats, second: Floats) -> Booleans:
-    """Return a mask of the region between two lines."""
-    return filled_polygon(shape, np.concatenate([first, second[::-1]])) > 0
 
 
 def _lines(photo: Photo, path: CrackPath, walls_px: Sequence[Clicks | Floats], width_px: float) -> list[_Line]:

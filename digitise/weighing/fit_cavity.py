@@ -44,8 +44,6 @@ THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of the 
 NORMAL_95 = 1.96  # Half-width of a normal 95 % interval, in standard deviations
 # No angle explains a ratio this large between the poured volume and that of upright walls, or its inverse
 VOLUME_RATIO = 5.0
-INWARD = {"flare": 1.0, "funnel": 1.0, "undercut": -1.0}
-"""Sign of the loss of width for each tilt with walls that lean in opposite directions."""
 WIDTH, CLOSING, DEPTH = range(3)
 
 
@@ -106,7 +104,7 @@ def weigh(
     shape, _ = shape_as_long_as(outline.length_mm, shape)
     width_sd_mm = width_sd_mm or outline.width_doubt_mm or UNDECLARED * outline.mean_width_mm
     prior_sd = np.array([width_sd_mm, np.inf, depth_sd_mm or UNDECLARED * shape.deepest_mm])
-    inward, findings = INWARD.get(shape.tilt, 0.0), list[Fact]()
+    inward, findings = -shape.tilting.opens, list[Fact]()
     upright_mm3 = _walls(outline, shape).volume_mm3(fill.levels_mm[-1:], np.zeros(3))[0]
     poured_mm3 = fill.volume_mm3[-1]
     if not upright_mm3 / VOLUME_RATIO < poured_mm3 < VOLUME_RATIO * upright_mm3:
@@ -134,7 +132,7 @@ def _walls(outline: Outline, shape: CrackShape) -> _Walls:
         outline.width_mm,
         shape.depth_at_mm(s_mm),
         np.gradient(s_mm) * np.r_[0.5, np.ones(len(s_mm) - 2), 0.5],
-        shape.tilt == "flare",
+        shape.tilting.floor_traced,
         np.zeros(1),
         np.ones(1),
     )
@@ -144,7 +142,7 @@ def _fit_to_solid(
     outline: Outline, shape: CrackShape, fill: WeighedFill, prior_sd: Floats, free: Booleans
 ) -> tuple[_Walls, _Fit]:
     """Fit the unknowns after the volumes of the sections are scaled to those of the solid at the fitted walls."""
-    walls, about, inward = _walls(outline, shape), np.zeros(3), INWARD.get(shape.tilt, 0.0)
+    walls, about, inward = _walls(outline, shape), np.zeros(3), -shape.tilting.opens
     fit = _fit(walls, fill, prior_sd, about, free)
     for _ in range(PASSES - 1):
         about[CLOSING] = inward * max(0.0, inward * fit.unknown[CLOSING])
@@ -208,7 +206,7 @@ def _against_tilt(fit: _Fit, shape: CrackShape) -> list[Fact]:
     if abs(closing) <= CONTRADICTION_SIGMAS * np.linalg.norm(fit.root[CLOSING]):
         return []
     way, others = ("close", '"funnel" or "flare"') if closing > 0 else ("open", '"undercut"')
-    taken = "they are taken as upright" if shape.tilt in INWARD else "it keeps their distance constant"
+    taken = "they are taken as upright" if shape.tilting.opens else "it keeps their distance constant"
     text = (
         f"The weighed fill needs walls that {way} downward by {abs(_angle_deg(closing)):.1f} degrees each, but tilt = "
         f'"{shape.tilt}" does not allow this: {taken}. Choose {others}, or check depth_mm, the photo\'s width and '
@@ -248,7 +246,7 @@ def _result(
 
     middle_mm3, gradient = brim_mm3(off), np.asarray(approx_fprime(off, brim_mm3, 1e-6), float)
     half_mm3 = NORMAL_95 * float(np.linalg.norm(gradient @ fit.root))
-    degrees = INWARD.get(shape.tilt, 0.0) * np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4))
+    degrees = -shape.tilting.opens * np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4))
     steps = np.array([1.0, degrees, 1.0])[:, None] * fit.root
     steps *= np.where(steps.diagonal() < 0, -1.0, 1.0)
     record = WeighedCavity(

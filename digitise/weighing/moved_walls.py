@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from digitise.geometry.polyline import uncrossed, without_repeats
-from digitise.settings import AGAINST_EACH_OTHER, CrackShape, DepthTable
+from digitise.settings import CrackShape, DepthTable
 from sealtwin.core.records import Outline
 from sealtwin.core.solid_figures import WeighedCavity
 
@@ -40,5 +40,5 @@ def moved_depth(depth_mm: float | DepthTable, by_mm: float) -> float | DepthTabl
 def shape_by_weight(shape: CrackShape, weighed: WeighedCavity) -> CrackShape:
     """Return the shape with the depth and the wall angle that follow from the weighed fill. Its ``fill`` is None."""
     depth_mm = moved_depth(shape.depth_mm, weighed.depth_mm - shape.deepest_mm)
-    angle = {"wall_angle_deg": weighed.wall_angle_deg} if shape.tilt in AGAINST_EACH_OTHER else {}
+    angle = {"wall_angle_deg": weighed.wall_angle_deg} if shape.tilting.opens else {}
     return shape.model_copy(update={"depth_mm": depth_mm, "fill": None, **angle})

@@ -39,7 +39,7 @@ from sealtwin.core.facts import Facts
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.scan_figures import Scan
 from sealtwin.core.settings_text import OwnNames
-from sealtwin.core.solid_figures import Box, EndKind, SolidFigures, Span
+from sealtwin.core.solid_figures import TILTS, Box, EndKind, SolidFigures, Span, Tilting
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -290,6 +290,11 @@ class Solid(ReadOnly, HasSummary):
     cavity_volume_mm3: float  # Volume between the walls, below the face and inside the block
     sections: Sections  # Cross-sections of the main crack, without side cracks and the parts beyond the ends
     figures: SolidFigures
+
+    @property
+    def tilting(self) -> Tilting:
+        """Row of the tilt in ``TILTS``. Raises KeyError for an unknown tilt."""
+        return TILTS[self.tilt]
 
     @property
     def main_figures(self) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass
 from math import hypot
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from pydantic import ConfigDict, with_config
 
@@ -17,6 +17,33 @@ open: at the edge of the face; closed: a tip; cut: the user cut a longer crack h
 Point = tuple[float, float]
 Span = tuple[float, float]  # Smallest and largest value
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
+
+
+class Tilting(NamedTuple):
+    """Directions in which the walls of a crack run from the face to the floor, and the edge that the photo shows."""
+
+    opens: int
+    """1 if both walls move out of the crack with depth, -1 if both move into it, and 0 if its width is constant."""
+    lean: bool = False
+    """True if both walls move to the same side."""
+    floor_traced: bool = False
+    """True if the photo shows the edge of the floor, and False if it shows that of the mouth."""
+
+    @property
+    def away(self) -> int:
+        """1 if both walls move out of the crack from the traced edge to the other, -1 if into it, 0 as in ``opens``."""
+        return -self.opens if self.floor_traced else self.opens
+
+
+TILTS = {
+    "lean": Tilting(0, lean=True),
+    "flare": Tilting(-1, floor_traced=True),
+    "funnel": Tilting(-1),
+    "undercut": Tilting(1),
+    "vertical": Tilting(0),
+    "modelled": Tilting(0),
+}
+"""Tilts of a crack's walls. A wall of a mesh, "modelled", may have any shape."""
 
 
 @dataclass(frozen=True)

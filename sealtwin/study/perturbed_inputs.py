@@ -106,7 +106,7 @@ def refuse_immovable(base: Base) -> None:
             f"width_mm = {width_mm:g} is more than half of the crack's mean width, {outline.mean_width_mm:.2f} mm; "
             "give a smaller uncertainty."
         )
-    elif crack is not None and crack.tilt == "vertical" and ANGLE in walls:
+    elif crack is not None and not any(crack.tilting) and ANGLE in walls:
         fault = f"{ANGLE}: the walls are vertical. Remove this key, or set crack.tilt to a tilt with an angle."
     elif inputs.get("pump_delay_s", 0.0) > LONGEST_DELAY * flows_s:
         fault = (

@@ -165,7 +165,7 @@ class Trial(Settings):
         names += [name for name, value in values.items() if value == "undeclared"]
         names += ["photo.mm_per_px"] * (self.photo is not None and self.photo.scale_is == "assumed")
         idle = {"path."} if self.path.plan is not None else {"path.fill"} if self.path.volume_ml != "cavity" else set()
-        if self.crack and (self.crack.tilt == "vertical" or self.crack.fill is not None):
+        if self.crack and (not any(self.crack.tilting) or self.crack.fill is not None):
             idle.add("crack.wall_angle_deg")
         # With U and no yield stress, the density only converts units.
         if self.fluid and (self.fluid.material or (self.fluid.U and not self.fluid.yields)):

@@ -123,7 +123,7 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
     area_mm2 = _means(s_mm, solid.sections.s_mm, solid.sections.area_mm2)
     depth_mm = _means(s_mm, solid.sections.s_mm, solid.sections.depth_mm)
     area_mm2 = np.maximum(area_mm2, NARROWEST_MM * depth_mm)
-    if solid.tilt == "flare":
+    if solid.tilting.floor_traced:
         floor_mm = np.minimum(width_mm, area_mm2 / depth_mm)
         mouth_mm = 2 * area_mm2 / depth_mm - floor_mm
     else:

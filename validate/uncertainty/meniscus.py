@@ -29,7 +29,7 @@ class Mouth:
 
     @classmethod
     def of(cls, outline: Outline, solid: Solid, density_kg_m3: float | None) -> "Mouth":
-        opening = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if solid.tilt == "flare" else 0.0
+        opening = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if solid.tilting.floor_traced else 0.0
         return cls(outline.s_mm, outline.width_mm + opening * solid.depth_mm, density_kg_m3)
 
     def at_mm(self, s_mm: Floats) -> Floats:

@@ -2,11 +2,13 @@
 
 import dataclasses
 from functools import cache
+from itertools import combinations
+from typing import get_args
 
 import numpy as np
 import pytest
 import trimesh
-from manifold3d import Manifold, Mesh64
+from manifold3d import CrossSection, Manifold, Mesh64
 
 from digitise.geometry.mesh_topology import examine_mesh
 from digitise.geometry.polyline import signed_area
@@ -74,6 +76,20 @@ def test_the_volume_of_a_slot_is_its_section_times_its_length(crack, within, til
     Sections of the paper's oblique slot are parallelograms: ends cut obliquely by the block change no volume.
     """
     assert solid_of(crack, tilt).cavity_volume_mm3 == pytest.approx(SLOT_VOLUMES[tilt], rel=within)
+
+
+def test_two_tilts_never_give_the_same_solid():
+    """In a slot 5 mm deep, a wall moves by 0.97 mm, so that its place at the mouth or at the floor differs.
+
+    With two equal rows in ``TILTS``, two tilts build the same walls, and this fails.
+    """
+    walls_mm = {}
+    for tilt in get_args(Tilt):
+        body = manifold(build_solid(straight_slot(10.0, W, CUT), shape(tilt, depth_mm=5.0)))
+        block = CrossSection.square((20.0, 6.0), center=True).translate((5.0, 0.0))
+        walls_mm[tilt] = np.ravel([(block - body.slice(z_mm)).bounds()[1::2] for z_mm in (-0.01, -4.99)])
+    for first, second in combinations(walls_mm, 2):
+        assert np.abs(walls_mm[first] - walls_mm[second]).max() > 0.9, (first, second)
 
 
 @pytest.mark.parametrize(("crack", "tilt"), [("open", "undercut"), ("cut", "flare"), ("closed", "funnel")])
