@@ -17,6 +17,7 @@ from scipy import ndimage
 from scipy.spatial import KDTree
 
 from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.arrays import runs
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Bed, Booleans, FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from simulate.settings import SampleSlope
@@ -184,9 +185,4 @@ def _closed(pixels: Booleans, gap: tuple[int, ...]) -> Booleans:
 
 def _longest_run_top(column: Booleans) -> int:
     """Return the last index of the longest run of ones, or of the upper of equal runs. -1 if there are no ones."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], column.view(np.int8), [0]])))
-    begins, ends = edges[::2], edges[1::2]
-    if not len(begins):
-        return -1
-    lengths = ends - begins
-    return int(ends[np.flatnonzero(lengths == lengths.max())[-1]]) - 1
+    return max(runs(column).tolist(), key=lambda run: (run[1] - run[0], run[1]), default=(0, 0))[1] - 1

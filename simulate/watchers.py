@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core import files
-from sealtwin.core.errors import InputError, naming
+from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import opened
 from sealtwin.core.run_folder import MANIFEST
-from sealtwin.core.vtk_files import Frame, ParticleState, read_collection, write_collection, write_frame
+from sealtwin.core.vtk_files import Frame, read_collection, write_collection, write_frame
 from simulate.injection import SUBSTEP_FACTORS, Injection, Watcher
 from simulate.setup.release_schedule import ROUNDING
 
@@ -28,22 +28,7 @@ PAST_THE_END = 1.02
 """A moment after the end of the run, but before this multiple of the run's duration, means the end. The paper shows a
 picture at 15 s, but the nozzle of the reconstructed trial stops after 14.8 s."""
 FRAME = re.compile(r"\d{4,}\.\d{3}s\.vtp")
-COLUMNS = (
-    "frame",
-    "t_s",
-    "particles",
-    "moving",
-    "density_error_mean",
-    "density_error_p95",
-    "escaped",
-    "spilled",
-    "viscosity_iterations",
-    "ms_a_frame",
-)
-"""Columns of a HealthLog. ``particles`` is the number of particles that have left the nozzle. Density errors are
-compressions of moving particles, divided by the rest density. Iterations per substep, and ms per frame, are means since
-the row before. Errors and iterations are empty if nothing moved."""
-ROWS_EVERY = 10  # Number of frames per row
+PACE_EVERY = 10  # Number of frames per computing time
 
 
 class Checkpoint(Watcher):
@@ -216,55 +201,6 @@ class StillThere(Watcher):
     begin = after_frame
 
 
-class HealthLog(Watcher):
-    """Watcher that appends rows about a run's health to a CSV file, which is complete even if the process is killed."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def begin(self, injection: Injection) -> None:
-        """Begin a new file. Rows up to a resumed run's frame are copied from the old file."""
-        rows = files.read_text(self._path).splitlines()[1:] if injection.done and self._path.is_file() else []
-        done = [row for row in rows if row.count(",") == len(COLUMNS) - 1 and int(row.split(",")[0]) <= injection.done]
-        # The file is replaced, because its name may be a link to another run's file.
-        files.write_text(self._path, "\n".join([",".join(COLUMNS), *done, ""]))
-        self._look_back(injection)
-
-    def after_frame(self, injection: Injection) -> None:
-        if injection.done % ROWS_EVERY == 0:
-            with naming(self._path), self._path.open("a", encoding="utf-8", newline="\n") as file:
-                file.write(self._row(injection) + "\n")
-            self._look_back(injection)
-
-    def _row(self, injection: Injection) -> str:
-        injection.wait()
-        engine, statistics = injection.engine, injection.statistics
-        moving = engine.movers.number()
-        mover = engine.state.particles.mover.numpy()[:moving]
-        error = np.maximum(engine.state.density.numpy()[mover] - 1.0, 0.0)
-        status = engine.state.status.numpy()
-        solves = statistics.solves[self._solves :]
-        # In the order of COLUMNS.
-        values = (
-            injection.done,
-            f"{injection.t_s:.4f}",
-            injection.out,
-            moving,
-            f"{error.mean():.6f}" if moving else "",
-            f"{np.quantile(error, 0.95):.6f}" if moving else "",
-            (status == ParticleState.ESCAPED).sum(),
-            (status == ParticleState.SPILLED).sum(),
-            f"{np.mean(solves):.2f}" if solves else "",
-            f"{1000 * (statistics.frames_s - self._frames_s) / (injection.done - self._frame):.3f}",
-        )
-        return ",".join(map(str, values))
-
-    def _look_back(self, injection: Injection) -> None:
-        """Start the means for the next row."""
-        self._solves, self._frames_s = len(injection.statistics.solves), injection.statistics.frames_s
-        self._frame = injection.done
-
-
 GRAIN_MM = 0.01  # Step to which positions are rounded, a tenth of a picture's pixel. It halves the size of the file
 
 
@@ -284,7 +220,7 @@ class KeptFill(Watcher):
 
     def after_frame(self, injection: Injection) -> None:
         self._moments.after_frame(injection)
-        if injection.done % ROWS_EVERY == 0:
+        if injection.done % PACE_EVERY == 0:
             injection.wait()
             self._pace.append((injection.engine.movers.number(), injection.statistics.frames_s))
         if injection.done >= injection.frames or injection.at_rest:
@@ -304,6 +240,6 @@ class KeptFill(Watcher):
             age_s=np.concatenate([frame.age_s for frame in self._frames]).astype("<f4"),
             state=np.concatenate([frame.state for frame in self._frames]).astype("u1"),
             moving=moving,
-            frame_ms=1000 * np.diff(so_far_s, prepend=0.0) / ROWS_EVERY,
+            frame_ms=1000 * np.diff(so_far_s, prepend=0.0) / PACE_EVERY,
         )
         return target.getvalue()

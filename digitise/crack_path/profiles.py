@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import median_filter
 
-from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
+from digitise.geometry.polyline import left_normals, places_beside, resampled, smoothed
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
+from sealtwin.core.arrays import runs
 from sealtwin.core.records import Booleans, Floats, Integers
 
 BLUR_PX = 0.8  # Sigma of a Gaussian blur that reduces noise and does not move an edge

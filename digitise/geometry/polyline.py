@@ -190,11 +190,6 @@ def unit(vector: Floats) -> Floats:
     return vector / np.linalg.norm(vector)
 
 
-def runs(where: Booleans) -> Integers:
-    """Return the first index of each run of True values, and the index after its last, (runs, 2)."""
-    return np.flatnonzero(np.diff(np.concatenate([[0], where.astype(int), [0]]))).reshape(-1, 2)
-
-
 def coverage(ring: Floats, size_px: tuple[int, int]) -> NDArray[np.float32]:
     """Return the fraction of each pixel that is inside a ring, (height, width).
 

@@ -24,7 +24,6 @@ from digitise.geometry.polyline import (
     Box,
     nearest_side,
     resampled,
-    runs,
     signed_area,
     smoothed,
     to_left,
@@ -33,7 +32,7 @@ from digitise.geometry.polyline import (
 from digitise.mesh_import.cavity import seen_from_above, strip_width_mm
 from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length, at_arc_length
-from sealtwin.core.arrays import cross, lengths, midpoints
+from sealtwin.core.arrays import cross, lengths, midpoints, runs
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.facts import Facts, doubt
 from sealtwin.core.records import Floats, Integers, Outline, PathSource

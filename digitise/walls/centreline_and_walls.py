@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed
-from digitise.geometry.polyline import depth_inside, extended, resampled, runs, smoothed
+from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed
 from digitise.image.raster import Mask, sampled
 from digitise.photo import EDGE_PX, Photo
 from digitise.walls.ends import Ends, Traced, crossings, find_tip, judge_ends
@@ -23,6 +23,7 @@ from digitise.walls.wall_profile import (
     straighten,
 )
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import runs
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Booleans, Floats
 from sealtwin.core.solid_figures import EndKind, Span

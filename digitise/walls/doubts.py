@@ -9,7 +9,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath, listed, snap_px
-from digitise.geometry.polyline import left_normals, places_beside, resampled, runs, smoothed
+from digitise.geometry.polyline import left_normals, places_beside, resampled, smoothed
 from digitise.image.raster import Mask, lightness, sampled
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import MAX_MISSING, MIN_WIDTH_PX, TooThinError
@@ -23,6 +23,7 @@ from digitise.walls.wall_profile import (
     straighten,
 )
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.arrays import runs
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Fact, doubt
 from sealtwin.core.records import SIDES, Floats, Outline, WallStretch

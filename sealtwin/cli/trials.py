@@ -130,8 +130,8 @@ def demo(
 def run(command: Command, trial: TrialFile, settings: Given, options: "FluidRun", out: Out = None) -> None:
     """Run all stages of a trial that are not up to date: digitise, simulate, validate and report.
 
-    During the fluid run, RUN/health.csv shows the numerical quality. A checkpoint is written every ten seconds. If the
-    process is killed, repeat the command to continue. The table output of the trial sets snapshots, frames and the PDF.
+    During the fluid run, a checkpoint is written every ten seconds. If the process is killed, repeat the command to
+    continue. The table output of the trial sets snapshots, frames and the PDF.
     """
     run_file(command, trial, out, ALL_STAGES, settings, threads=options.threads)
 

@@ -107,6 +107,11 @@ def unit(vectors: Floats) -> Floats:
     return vectors / np.where(size > 0, size, 1.0)
 
 
+def runs(where: Booleans) -> Integers:
+    """Return the first index of each run of True values, and the index after its last, (runs, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], where.astype(int), [0]]))).reshape(-1, 2)
+
+
 def require_as_long(record: object, first: str, *others: str) -> None:
     """Raise ValueError if an array in ``others`` differs in length from the array ``first``. An array may be None."""
     length = len(getattr(record, first))

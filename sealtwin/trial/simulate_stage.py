@@ -14,7 +14,6 @@ from sealtwin.trial.trial_file import Output
 
 CHECKPOINT = "checkpoint.npz"  # File with the checkpoint of an unfinished run
 SNAPSHOTS = Path("snapshots", "snapshots.pvd")  # Collection file that lists the snapshots of its folder
-HEALTH = "health.csv"
 
 
 def bring_up_to_date(job: Job) -> bool:
@@ -41,16 +40,15 @@ def bring_up_to_date(job: Job) -> bool:
 
     from simulate.injection import ComputeOptions
     from simulate.run import fill
-    from simulate.watchers import Checkpoint, FrameFiles, HealthLog, StillThere
+    from simulate.watchers import Checkpoint, FrameFiles, StillThere
 
     sample = record_files.read_sample(job.path)
     # The checkpoint is the first of these watchers, because it may resume the run before the others begin.
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
-    health_log = HealthLog(job.path / HEALTH)
     # The checkpoint is in the list twice, because it must be first both before the run and after each frame.
     still_there = StillThere(job.path)
-    watchers = still_there, checkpoint, snapshots, health_log, still_there
+    watchers = still_there, checkpoint, snapshots, still_there
     run, profile = fill(trial.pour(sample), ComputeOptions(device, job.threads, job.progress, watchers))
     begin_writing(job, "simulate")
     record_files.write_run(job.path, run)
@@ -61,7 +59,7 @@ def bring_up_to_date(job: Job) -> bool:
         facts["output"] = trial.output.model_dump(mode="json")
     else:
         # Files of an earlier particle run are deleted.
-        for name in (*snapshots_of(job), CHECKPOINT, HEALTH, SNAPSHOTS):
+        for name in (*snapshots_of(job), CHECKPOINT, SNAPSHOTS):
             (job.path / name).unlink(missing_ok=True)
     wall_time_s = time.monotonic() - began
     job.folder.record("simulate", key, settings, inputs, SIMULATED, wall_time_s, numbers=numbers, **facts)

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.core.errors import NumericalError, present
+from sealtwin.core.errors import NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
 from simulate.injection import ComputeOptions, Injection, Watcher
 from simulate.pour import Pour
 from simulate.run import fill, fill_each
 from simulate.settings import Fluid, SampleSlope, Solver
-from simulate.watchers import Checkpoint, FrameFiles, HealthLog, KeptFill, Moments
+from simulate.watchers import Checkpoint, FrameFiles, KeptFill, Moments
 from tests.support.messages import Narration
 from tests.support.small_fluids import path, pour, sample_of, sealant, slot
 
@@ -56,11 +56,11 @@ def four_substeps() -> Run:
 
 
 def test_a_collapsed_run_is_repeated_with_twice_the_substeps(tmp_path):
-    heard, begun, log = Narration(), Begun(), tmp_path / "health.csv"
+    heard, begun = Narration(), Begun()
     moments = list[float]()
     taken = Moments([0.1 * number for number in range(1, 99)], lambda t_s, frame: moments.append(frame.t_s))
     frames_of = FrameFiles(tmp_path / "frames" / "fill.pvd", (0.1, 0.2, 0.5))
-    run = filled(STIFF, SOLVER, heard, begun, HealthLog(log), taken, frames_of)
+    run = filled(STIFF, SOLVER, heard, begun, taken, frames_of)
     assert begun.at == [(1, 0), (2, 0)]
     assert np.array_equal(run.position_mm, four_substeps().position_mm)
     assert run.settings["solver"]["substeps"] == 4
@@ -71,8 +71,6 @@ def test_a_collapsed_run_is_repeated_with_twice_the_substeps(tmp_path):
     second = moments[next(k for k in range(1, len(moments)) if moments[k] < moments[k - 1]) :]
     assert len(second) == 5, "every moment of the second run is taken, from the first on"
     assert len(list((tmp_path / "frames").glob("*.vtp"))) == 3
-    frames = [int(row.split(",")[0]) for row in log.read_text(encoding="utf-8").splitlines()[1:]]
-    assert frames == list(range(10, present(run.health.frames, "frames") + 1, 10)), "rows of the collapsed run are gone"
 
 
 @pytest.mark.parametrize(("named", "tries"), [(True, [2, 4, 8, 16]), (False, [2])])

@@ -1,4 +1,4 @@
-"""Watchers of a run: frames at given times, health, and checkpoints from which it is resumed bit for bit."""
+"""Watchers of a run: frames at given times, and checkpoints from which it is resumed bit for bit."""
 
 import io
 import random
@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 
 from sealtwin.core.vtk_files import ParticleState
-from simulate.injection import ComputeOptions, Injection
+from simulate.injection import Injection
 from simulate.kernels import status
-from simulate.run import run_to_end
 from simulate.settings import Fluid
-from simulate.watchers import COLUMNS, Checkpoint, HealthLog, Moments
+from simulate.watchers import Checkpoint, Moments
 from tests.support.small_fluids import injected, path, results, slot
 
 FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
@@ -123,33 +122,6 @@ def test_a_damaged_or_foreign_checkpoint_is_reported_and_the_run_starts_again(be
     assert (fresh.done, bits(fresh)) == (0, before)
 
 
-def test_a_checkpoint_is_written_after_the_health_row_of_its_frame(tmp_path, monkeypatch):
-    """The run is killed before, between and after both. With the checkpoint first, on purpose, row 20 is lost."""
-    monkeypatch.setattr("simulate.watchers.EVERY_S", 0.0)
-    for dies in ("before", "between", "after"):
-        folder = tmp_path / dies
-        folder.mkdir()
-        kept, log = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
-        fates = {"before": (kept, log, Dies(20)), "between": (kept, Dies(20), log), "after": (Dies(20), kept, log)}
-        with pytest.raises(KeyboardInterrupt):
-            run_to_end(brief(), ComputeOptions(watchers=fates[dies]))
-        again = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
-        run_to_end(brief(), ComputeOptions(watchers=again))
-        rows = (folder / "health.csv").read_text().splitlines()[1:]
-        assert [int(row.split(",")[0]) for row in rows] == list(range(10, 10 * len(rows) + 1, 10))
-
-
-class Dies:
-    def __init__(self, frame: int) -> None:
-        self._frame = frame
-
-    def begin(self, injection: Injection) -> None: ...
-
-    def after_frame(self, injection: Injection) -> None:
-        if injection.done == self._frame:
-            raise KeyboardInterrupt
-
-
 def brief(volume_ml: float = 0.12) -> Injection:
     return injection(FREEZING, volume_ml, settle_s=0.1)
 
@@ -181,44 +153,13 @@ def test_a_snapshot_is_taken_at_the_first_frame_after_each_requested_time():
     assert (taken[0][1], taken[-1][1]) == (run.schedule.frame_s, run.t_s)
 
 
-def test_health_csv_has_a_row_for_every_tenth_frame_also_after_resuming(tmp_path):
-    def rows(file: Path) -> list[list[str]]:
-        return [line.split(",") for line in file.read_text().splitlines()]
-
-    whole, file = brief(), tmp_path / "health.csv"
-    followed(whole, HealthLog(file))
-    header, *values = rows(file)
-    assert header == list(COLUMNS)
-    assert [int(row[0]) for row in values] == list(range(10, whole.done + 1, 10))
-    last = dict(zip(header, values[-1], strict=True))
-    at_end = brief()
-    followed(at_end, frames=int(last["frame"]))
-    assert int(last["particles"]) == at_end.out
-    assert int(last["moving"]) == at_end.engine.rows
-    assert all(0 <= float(last[f"density_error_{name}"]) < 0.2 for name in ("mean", "p95"))
-    assert float(last["ms_a_frame"]) > 0
-    solves = at_end.statistics.solves[-10 * at_end.engine.substeps :]
-    assert float(last["viscosity_iterations"]) == pytest.approx(np.mean(solves), abs=0.01)
-    resumed, killed, log = brief(), brief(), HealthLog(file)
-    followed(killed, log, frames=25)
-    resumed.restore(killed.snapshot())
-    for _ in range(10):  # until the kill: the row of frame 30 is written, and will be again
-        killed.advance()
-        log.after_frame(killed)
-    with file.open("a") as opened:
-        opened.write("20,0.1,lost")  # a line that a power cut tore
-    followed(resumed, HealthLog(file))
-    # The means in the last two columns begin anew when the run is resumed.
-    assert [row[:-2] for row in rows(file)] == [row[:-2] for row in [header, *values]]
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells what is resident")
 @pytest.mark.parametrize("replays", [False, True])
 def test_resident_memory_does_not_grow_over_a_run(replays):
     """Memory outside Python objects is included. A separate process computes 1,500 frames after 300 to warm up.
 
-    The limit is half a page of 4 kB per frame. Measured are 0.9 MB in all, 0.2 of them health; 0.0 if replayed.
+    The limit is half a page of 4 kB per frame. Measured are 0.9 MB; 0.0 if replayed.
     """
     code = (
         "import ctypes, gc; from pathlib import Path\n"

@@ -44,7 +44,6 @@ NOT_COMPARED = (
     "*#*setup_s*",
     "*#*frames_s*",
     "*#*eta_s",
-    "*health.csv#*ms_a_frame",
     "*manifest.json#*/versions/*",
     "*record.json#sealtwin",
     "*catalogue.json#checked/*",

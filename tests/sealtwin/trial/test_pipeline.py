@@ -22,9 +22,9 @@ from validate.result import read_comparison, read_result
 LEFT = {
     "trial.toml", "overlay.png", "straight.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json",
     "trajectory.csv", "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json",
-    "report.html", "report.json", "run.json", "manifest.json", "health.csv",
+    "report.html", "report.json", "run.json", "manifest.json",
 }  # fmt: skip
-NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv"}
+NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json"}
 """The last two belong to the latest run, finished or not."""
 SAME_IN_EVERY_RUN = LEFT - NOT_IN_MANIFEST - {"simulation.json", "report.html", "report.json"}
 """Everything but wall times."""
