@@ -39,7 +39,6 @@ TIMED_D_CM = (0.3, 1.0, 3.0)
 SUBSTEPS = (1, 2)  # The paper's single step a frame, and two
 NARROWER = (1, 3)
 MAPPED = ("levels", "heat", "thumbnails", "influence-D", "influence-U")  # Figures of the study's map
-DPI = 150
 
 
 @dataclass(frozen=True)
@@ -142,7 +141,7 @@ def _draw(folder: Path, sample: Sample, figures: Path) -> tuple[dict[str, Any], 
         "cost": draw_cost(mapped.chart, [fills[CHOSEN]]),
     }
     for name, figure in drawn.items():
-        files.write_text(figures / f"{name}.svg", as_svg(figure, name, DPI))
+        files.write_text(figures / f"{name}.svg", as_svg(figure, name))
     s_mm, level_mm = chosen.profile.s_mm, chosen.profile.level_mm
     lines = [present(pace_of(course.particles, course.frame_ms), "a line of frame times") for course in courses]
     return {

@@ -14,7 +14,6 @@ from matplotlib.patches import PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
 from sealtwin.core.arc_length import arc_length_at, at_arc_length
-from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.vtk_files import Frame
 from validate.figures.theme import AGES, AIR, FOOT_IN, GROUND, HEAD_IN, ON_GROUND, SPEEDS, draw_ground, label_axes
@@ -203,7 +202,6 @@ def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floa
 
     Returns closed rings, (n, 2) each, in mm: the distance to the right of ``foot_mm``, and the height z.
     """
-    load_trimesh()
     import trimesh
 
     cut = trimesh.Trimesh(vertices_mm, faces, process=False).section((*ahead, 0.0), (*foot_mm, 0.0))

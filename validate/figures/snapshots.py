@@ -41,7 +41,6 @@ AROUND_MM = 8.0  # Width of the face shown around the crack
 MAX_ROWS = 8  # Largest number of moments below each other. More frames are thinned out evenly.
 NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
 Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
-DPI = 150  # Resolution of a PNG
 
 
 class FillScene(Views):
@@ -160,5 +159,5 @@ def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene) -> l
 def _write(folder: Path, name: str, figure: Figure) -> list[str]:
     with replacing(folder / f"{name}.png") as temporary:
         # Most of a figure has one colour: run-length encoding takes half the time, and the file is not larger.
-        as_picture(figure, DPI).save(temporary, format="png", compress_type=zlib.Z_RLE)
+        as_picture(figure).save(temporary, format="png", compress_type=zlib.Z_RLE)
     return [f"{name}.png"]

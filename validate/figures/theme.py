@@ -229,17 +229,18 @@ def in_page(svg: str, caption: str) -> Markup:
     return Markup(f'{head} role="img" aria-label="{escape(caption)}">{body}')
 
 
+DPI = 150  # Resolution of pictures, and of pixels inside figures
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 """Metadata that is left out of an SVG, so that equal runs give equal files."""
 
 
-def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
+def as_svg(figure: Figure, name: str, dpi: int = DPI) -> str:
     """Return a figure as SVG. The same figure and name always give the same text.
 
-    ``name`` must be unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
+    ``name`` must be unique on a page. ``dpi`` is the resolution of the parts that are drawn as pixels.
     """
     target = io.StringIO()
-    figure.set_dpi(pixels_dpi)
+    figure.set_dpi(dpi)
     figure.patch.set_facecolor("none")
     # The ids of clip paths differ between the figures of a page, but not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
@@ -247,9 +248,9 @@ def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
     return target.getvalue()
 
 
-def as_picture(figure: Figure, dpi: int) -> Image.Image:
+def as_picture(figure: Figure) -> Image.Image:
     """Return a figure as pixels on a white background."""
-    figure.set_dpi(dpi)
+    figure.set_dpi(DPI)
     figure.patch.set_facecolor("white")
     canvas = FigureCanvasAgg(figure)
     with themed():

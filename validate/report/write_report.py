@@ -33,7 +33,6 @@ from validate.sentences import sentence
 from validate.settings import PDF
 from validate.units import PageTable
 
-DPI = 150  # Resolution of pixels inside the page's figures, and of the PDF's figures
 REPORT = ("report.html", "report.json")  # Files of a report
 
 ALT = "The straightened photo, the level of the sealant and its error along the crack, and a section across"
@@ -54,11 +53,11 @@ def write_report(folder: Path, evidence: Evidence, *, pdf: bool = False) -> list
         if isinstance(item, Plate)
     }
     figures, wide = {item: item.draw() for item in names}, shown.draw(WIDE)
-    drawings = {item: as_svg(figure, names[item], DPI) for item, figure in figures.items()}
+    drawings = {item: as_svg(figure, names[item]) for item, figure in figures.items()}
     wide_scale, narrow_scale = (sentence("first_scale", stretch=shown.stretch(layout)) for layout in (WIDE, NARROW))
     first = {
-        "wide": in_page(as_svg(wide, "first-wide", DPI), ALT),
-        "narrow": in_page(as_svg(shown.draw(NARROW), "first-narrow", DPI), ALT),
+        "wide": in_page(as_svg(wide, "first-wide"), ALT),
+        "narrow": in_page(as_svg(shown.draw(NARROW), "first-narrow"), ALT),
         "wide_scale": wide_scale,
         "narrow_scale": narrow_scale,
         "caption": caption,
@@ -74,7 +73,7 @@ def write_report(folder: Path, evidence: Evidence, *, pdf: bool = False) -> list
 
     pictures = [(_picture(item, figures), item.caption) for item in items if isinstance(item, Picture)]
     with replacing(folder / PDF) as temporary:
-        write_pdf(temporary, data, (as_picture(wide, DPI), f"Figure 1. {wide_scale} {caption}".rstrip()), pictures)
+        write_pdf(temporary, data, (as_picture(wide), f"Figure 1. {wide_scale} {caption}".rstrip()), pictures)
     return [*REPORT, PDF]
 
 
@@ -120,4 +119,4 @@ def _page(
 
 def _picture(item: Picture, figures: Mapping[Plate, Figure]) -> Image.Image | io.BytesIO:
     # The PDF includes the JPEG as it is.
-    return io.BytesIO(item.jpeg) if isinstance(item, PhotoBlock) else as_picture(figures[item], DPI)
+    return io.BytesIO(item.jpeg) if isinstance(item, PhotoBlock) else as_picture(figures[item])

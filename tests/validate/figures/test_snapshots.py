@@ -57,4 +57,4 @@ def test_a_snapshot_shows_nothing_of_the_previous_snapshot(scene, frames):
     once, after = Snapshot(scene).draw(frames[0]), snapshot.draw(frames[0])
     for figure in (once, after):
         figure.set_layout_engine("none")
-    assert as_picture(once, 50).tobytes() == as_picture(after, 50).tobytes()
+    assert as_picture(once).tobytes() == as_picture(after).tobytes()

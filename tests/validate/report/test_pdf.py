@@ -1,4 +1,4 @@
-"""The PDF of a report, which has at most four pages."""
+"""The PDF of a report."""
 
 import io
 from dataclasses import replace
@@ -38,8 +38,8 @@ def pages_of(path, data: ReportData, captions) -> list[tuple[str, int]]:
     return [(page.extract_text(), stream.count(b" Do")) for page, stream in zip(pages, streams, strict=True)]
 
 
-def test_the_longest_report_has_four_pages_and_all_pictures_with_captions(tmp_path, data, evidence, frames):
-    """It has a comparison, snapshots and a weighed cavity. Seen to fail with thirteen pictures: a fifth page."""
+def test_a_report_has_all_its_texts_and_pictures_with_captions(tmp_path, data, evidence, frames):
+    """It has a comparison, snapshots and a weighed cavity."""
     exact = (0.0, 0.0, 0.0)
     weighed = WeighedCavity((), (), (), (), 3.0, 5.0, 16.0, (exact, exact, exact), (1.0, 2.0))
     solid = replace(evidence.solid, figures=replace(evidence.solid.figures, weighed=weighed))
@@ -47,15 +47,14 @@ def test_the_longest_report_has_four_pages_and_all_pictures_with_captions(tmp_pa
     full = replace(evidence, frames=tuple(frames), comparison=assess(evidence, settings, Uncertainty(), None))
     items = [item for chapter in chapters(replace(full, solid=solid)) for item in chapter.items]
     captions = [f"{item.caption} {'A long caption. ' * 30}" for item in items if isinstance(item, Picture)]
-    notes = tuple(("Note:", "line\n" * 2000 if number == 1 else "word " * 300) for number in range(6))
+    notes = tuple(("Note:", "line\n" * 100 if number == 1 else "word " * 300) for number in range(6))
     page = data.first_page.model_copy(update={"notes": notes, "labels": notes[:3]})
-    cautions = tuple(doubt("fluid.volume", f"Caution {number}. " + "word " * 60) for number in range(40))
+    cautions = tuple(doubt("fluid.volume", f"Fault {number}. " + "word " * 60) for number in range(40))
     crowded = data.model_copy(update={"first_page": page, "cautions": cautions})
     pages = pages_of(tmp_path / "report.pdf", crowded, captions)
-    assert [pictures for _, pictures in pages[2:]] == [6, len(captions) - 6]
-    assert len(pages) == 4
-    assert [text.count("Figure ") for text, _ in pages[2:]] == [6, len(captions) - 6]
-    assert sum(pictures for _, pictures in pages[:2]) == 1
-    assert "Caution 1." in pages[1][0]
-    assert "Caution 39." not in pages[1][0]
-    assert "read report.html" in pages[1][0]
+    text = "\n".join(text for text, _ in pages)
+    assert [f"Fault {number}." in text for number in range(1, 40)] == [True] * 39
+    assert text.count("line") >= 200
+    assert sum(pictures for _, pictures in pages) == 1 + len(captions)
+    # A picture and its caption are on one page.
+    assert all(text.count("Figure ") == pictures for text, pictures in pages)
