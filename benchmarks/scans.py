@@ -28,7 +28,6 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.scan_figures import ScanFigures
 from sealtwin.scan.settings import Placement
-from validate.readings.reading_checks import Filling
 from validate.readings.scan import read_scan
 from validate.settings import Readings
 
@@ -69,7 +68,7 @@ def readings(path: Path, placement: Placement) -> Readings:
 def read(sealed: Sealed, path: Path, placement: Placement) -> tuple[Profile, ScanFigures, float]:
     """Return the profile, the figures of the scan, and the seconds that reading took. Raises InputError if refused."""
     begun = perf_counter()
-    profile = read_scan(path, readings(path, placement), Filling(sealed.outline, sealed.solid))
+    profile = read_scan(path, readings(path, placement), sealed.outline, sealed.solid)
     return profile, present(profile.scan, "the scan").figures, perf_counter() - begun
 
 

@@ -141,7 +141,6 @@ def read_readings(
     from validate.readings.grid import SheetFaults
     from validate.readings.read_readings import read_readings as from_file
     from validate.readings.read_readings import readings_of
-    from validate.readings.reading_checks import Filling
 
     if unknown := [name for name in keywords.get("fitted") or () if name not in SETTINGS]:
         raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
@@ -156,8 +155,8 @@ def read_readings(
             grid, digest = _sheet_of(readings, names, keywords)
             profile = readings_of(grid, settings, *limits_mm)
         elif names is None:
-            sample = None if solid is None else Filling(solid.crack, solid)
-            profile, digest = from_file(file, settings, *limits_mm, sample), sha256_of(file)
+            crack = None if solid is None else (solid.crack, solid)
+            profile, digest = from_file(file, settings, crack=crack), sha256_of(file)
         else:
             raise InputError(
                 'read_readings: for a file, columns must be a table such as {"s": "A", "levels": ["B:D"]}.'
@@ -242,7 +241,8 @@ def compare(
     Raises
     ------
     InputError
-        The readings belong to another solid, the curves do not overlap, or a value is out of bounds.
+        The readings belong to another solid or are within a fifth of the crack, the curves do not overlap, or a value
+        is out of bounds.
 
     Examples
     --------
@@ -254,6 +254,7 @@ def compare(
     True
     """
     from validate.compare import assess
+    from validate.readings.reading_checks import SPAN
 
     level = run.level if isinstance(run, SimulatedRun) else run
     solid = level.run.path.solid
@@ -261,6 +262,11 @@ def compare(
         raise InputError(
             f"compare: readings belong to {readings.solid} with {readings.solid.crack}, but run to {solid} with "
             f"{solid.crack}. Read the readings again, with solid=run.path.solid."
+        )
+    if readings.solid is None and np.ptp(readings.s_mm) < SPAN * solid.crack.length_mm:
+        raise InputError(
+            f"compare: all readings are within {np.ptp(readings.s_mm):.3g} mm of a crack that is "
+            f"{solid.crack.length_mm:.3g} mm long. Correct their unit, or read them with solid=run.path.solid."
         )
     declared = checked(Uncertainty, Path("compare: uncertainty"), uncertainty or {})
     limit = None if gate is None else checked(Gate, Path("compare: gate"), gate)

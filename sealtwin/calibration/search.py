@@ -215,7 +215,6 @@ class Twin:
         Raises the same errors as a sweep, and InputError if the trial has no readings.
         """
         from validate.readings.read_readings import read_readings
-        from validate.readings.reading_checks import Filling
         from validate.uncertainty.meniscus import Mouth
         from validate.uncertainty.reading_errors import budget_of
 
@@ -239,8 +238,7 @@ class Twin:
         self._sample = record_files.read_sample(self.folder / "samples" / draft.sample)
         self.outline, self.solid = self._sample.outline, self._sample.solid
         self.sheet = file.parent / sheet_settings.path
-        crack = Filling(self.outline, self.solid)
-        self.readings = read_readings(self.sheet, sheet_settings, self.outline.length_mm, self.solid.depth_mm, crack)
+        self.readings = read_readings(self.sheet, sheet_settings, crack=(self.outline, self.solid))
         s_mm = self.readings.s_mm
         mouth = Mouth.of(self.outline, self.solid, self.trial.given_fluid.density_kg_m3)
         budget = budget_of(self.readings, sheet_settings, self.trial.uncertainty, mouth)

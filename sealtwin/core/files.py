@@ -34,10 +34,8 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "
 
 
 @contextmanager
-def replacing(path: Path, *, lasting: bool = True) -> Iterator[Path]:
+def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and move it to ``path`` if the block ends without an error.
-
-    If ``lasting`` is False, the file may be empty after a loss of power.
 
     The temporary path has the suffix of ``path``, because writers choose the format by the suffix. The temporary name
     does not repeat the stem of ``path``, which may already have the greatest allowed length.
@@ -47,9 +45,8 @@ def replacing(path: Path, *, lasting: bool = True) -> Iterator[Path]:
     with naming(path):
         try:
             yield temporary
-            if lasting:
-                with temporary.open("rb+") as file:
-                    os.fsync(file.fileno())
+            with temporary.open("rb+") as file:
+                os.fsync(file.fileno())
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
@@ -201,10 +198,9 @@ def read_bytes(path: Path) -> bytes:
 
 def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int = 6) -> None:
     """Write a CSV with one header line, ``columns``, and rows of numbers. NaN becomes an empty field."""
-    # A row is formatted in one call. One call for each number takes six times as long.
-    line = ",".join([f"%.{decimals}f"] * len(columns)) + "\n"
-    body = "".join(line % tuple(row.tolist()) for row in rows)
-    write_text(path, ",".join(columns) + "\n" + body.replace("nan", ""))
+    body = io.StringIO()
+    np.savetxt(body, rows, f"%.{decimals}f", ",")
+    write_text(path, ",".join(columns) + "\n" + body.getvalue().replace("nan", ""))
 
 
 def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> None:

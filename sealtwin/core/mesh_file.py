@@ -9,9 +9,6 @@ polygon with a notch.
 import io
 import json
 import re
-import signal
-import sys
-import threading
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -84,7 +81,6 @@ def read_mesh(path: Path, remedy: str | None = None, *, is_scan: bool = False) -
             raise UnreadableError("it has no triangles")
         return mesh
 
-    load_trimesh()
     return read_refusing_damage(path, read, remedy)
 
 
@@ -203,20 +199,3 @@ def _read_glb(content: bytes) -> Triangles:
 
 READERS: dict[str, Callable[[bytes], Triangles]] = {".stl": _read_stl, ".ply": _read_ply, ".glb": _read_glb}
 """Reader of each mesh format, by file suffix."""
-
-
-def load_trimesh() -> None:
-    """Import trimesh, and delay Ctrl-C until it is imported.
-
-    trimesh catches every exception during its imports. An interrupt would therefore be lost.
-    """
-    if "trimesh" in sys.modules or threading.current_thread() is not threading.main_thread():
-        return
-    interrupts = list[int]()
-    before = signal.signal(signal.SIGINT, lambda number, _: interrupts.append(number))
-    try:
-        import trimesh  # noqa: F401  # pyright: ignore[reportUnusedImport]
-    finally:
-        signal.signal(signal.SIGINT, before or signal.default_int_handler)
-    if interrupts:
-        signal.raise_signal(signal.SIGINT)

@@ -13,7 +13,7 @@ from typing_extensions import TypedDict
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.facts import Facts
-from sealtwin.core.mesh_file import load_trimesh, read_mesh
+from sealtwin.core.mesh_file import read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Sample, Sections, Solid, Trajectory
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import Box, SolidFigures
@@ -138,7 +138,6 @@ def write_solid(folder: Path, solid: Solid) -> None:
     crack.glb is in metres with y up, as glTF requires. solid.json contains the data that these formats cannot contain:
     units, labels of the triangles, and volumes.
     """
-    load_trimesh()
     import trimesh
 
     x_mm, y_mm, z_mm = solid.vertices_mm.T

@@ -67,7 +67,10 @@ OUTSIDE_LABELS = re.compile(r"[^\w .,'+()#!~-]")
 DEFAULTS = "lab.toml"  # Name of the file at the top of a lab's folder with settings of all samples
 MAX_ENTRIES = 50_000  # Largest number of files and folders. With more, the user probably gave a disk by mistake
 HIDDEN = (".", "~$")
-NOT_READ = "this file is not read. Settings of one sample are columns of pairing.csv, such as crack.depth_mm."
+NOT_READ = (
+    "this file is not read. Settings of one sample are columns of pairing.csv, such as crack.depth_mm. The name of a "
+    'text with readings needs a word such as "readings".'
+)
 UNSHOWN = "the name has characters that cannot be displayed. Rename the file."
 CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode categories of control characters
 

@@ -49,12 +49,12 @@ class Pose:
     @property
     def is_allowed(self) -> bool:
         """True if the axes of the scan and the photo agree up to ``MOST_TURN_DEG``."""
-        return abs((self.turn_deg + 180) % 360 - 180) <= MOST_TURN_DEG
+        return abs(self.turn_deg) <= MOST_TURN_DEG
 
     def moved(self, about_mm: Floats, turn_deg: float, shift_mm: Floats) -> "Pose":
         """Return the pose followed by a turn about a point, (2,), and a shift, (2,)."""
         corner_mm = about_mm + _turn(turn_deg) @ (np.array([self.x_mm, self.y_mm]) - about_mm) + shift_mm
-        return Pose(self.turn_deg + turn_deg, *corner_mm.tolist())
+        return Pose((self.turn_deg + turn_deg + 180) % 360 - 180, *corner_mm.tolist())
 
 
 @dataclass(frozen=True)

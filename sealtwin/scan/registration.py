@@ -273,7 +273,7 @@ def _by_mouth(search: MouthSearch, edges: Edges, path: Path) -> EdgeFit:
         seen_mm2 = (search.map.known.sum() - search.template.sum()) * search.map.cell_mm**2
         _require_face(max(seen_mm2 / face_mm2, 0.0), search.map.cell_mm, path)
     others = (
-        (turned, edges, f"turned by {turned.pose.turn_deg:.0f} degrees"),
+        (turned, edges, f"turned by {turned.pose.turn_deg:.0f} degrees, or placement.up is another axis"),
         (mirrored, Edges.of(edges.search.mirrored), "mirrored, or its upward axis is not placement.up"),
     )
     fits = [(of_other.fit(other.pose), cause) for other, of_other, cause in others if other.agreement > best.agreement]

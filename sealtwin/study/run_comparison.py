@@ -18,12 +18,14 @@ from sealtwin.trial.job import (
     SEEDS,
     SIMULATED,
     STAGES,
+    TRIAL,
     Job,
     display_path,
     made_by,
     other_versions,
-    resume_job,
+    start_job,
 )
+from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import read_level, readings_of
 from validate.metrics.verdict import SOUND, beside_baselines, kept_volume
 from validate.result import COMPARISON, Comparison, read_comparison
@@ -147,7 +149,8 @@ def _row(number: int, side: Side, sides: Sides) -> dict[str, Any]:
 
 def _finished(folder: Path) -> Job:
     """Read a run, and check its files with the manifest, as 'sealtwin validate' does."""
-    job = resume_job(look_into(folder), "cpu", Progress())
+    run = look_into(folder)
+    job = start_job(load_trial(run.path / TRIAL), run.path, run, "cpu", Progress())
     made_by(job, "digitise", DIGITISED)
     made_by(job, "simulate", SIMULATED)
     if job.trial.readings is not None:

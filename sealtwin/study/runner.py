@@ -299,12 +299,10 @@ def _pickled(folder: Path, settings_json: str) -> bytes:
     sample = record_files.read_sample(folder)
     if settings_json:
         from validate.readings.read_readings import read_readings
-        from validate.readings.reading_checks import Filling
 
         settings = Readings.model_validate_json(settings_json)
         sheet = folder / INPUTS / settings.path.name
-        crack = Filling(sample.outline, sample.solid)
-        readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm, crack)
+        readings = read_readings(sheet, settings, crack=(sample.outline, sample.solid))
         sample = replace(sample, readings=readings)
     return pickle.dumps(sample)
 

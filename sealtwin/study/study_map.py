@@ -226,7 +226,6 @@ def _readings(
     sample: Path, trial: Trial, crack_mm: tuple[float, float], caliper: Path | None, data: DataKind | None
 ) -> tuple[Profile, Readings]:
     from validate.readings.read_readings import read_readings
-    from validate.readings.reading_checks import Filling
 
     settings, trial_sheet = trial.readings, None
     if settings is not None:
@@ -245,7 +244,7 @@ def _readings(
         settings = settings or Readings(file=sheet, data=data, role="held-out")
         settings = settings.model_copy(update={"data": data})
     settings = present(settings, "the settings of the study's own sheet")
-    crack = Filling(record_files.read_outline(sample), record_files.read_solid(sample))
+    crack = record_files.read_outline(sample), record_files.read_solid(sample)
     return read_readings(sheet, settings, *crack_mm, crack), settings
 
 

@@ -15,7 +15,7 @@ from sealtwin.core.facts import doubt
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, UNNUMBERED, RunFolder, other_numbers
 from sealtwin.core.settings import without_none
-from sealtwin.trial.trial_file import KINDS, SettingValues, Trial, load_trial, seen_from, trial_text
+from sealtwin.trial.trial_file import KINDS, Trial, load_trial, seen_from, trial_text
 from validate.settings import PDF, Readings
 
 StageName = Literal["digitise", "simulate", "validate"]
@@ -157,11 +157,6 @@ def _require_own(folder: RunFolder, file: Path, shown: Path) -> None:
 
 def _seen_from(folder: Path, file: Path) -> str:
     return seen_from(folder, {"": file})[""]
-
-
-def resume_job(folder: RunFolder, device: str, progress: Progress, settings: SettingValues | None = None) -> Job:
-    """Set up the trial in a run folder. ``settings`` by dotted name replace settings of the trial."""
-    return start_job(load_trial(folder.path / TRIAL, settings), folder.path, folder, device, progress)
 
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:

@@ -200,11 +200,8 @@ def readings_of(job: Job) -> Profile | None:
     if job.trial.readings is None or job.sheet is None:
         return None
     from validate.readings.read_readings import read_readings
-    from validate.readings.reading_checks import Filling
 
-    outline, solid = _crack(job)
-    limits_mm = outline.length_mm, solid.depth_mm
-    return read_readings(job.sheet, job.trial.readings, *limits_mm, Filling(outline, solid), job.progress)
+    return read_readings(job.sheet, job.trial.readings, crack=_crack(job), progress=job.progress)
 
 
 def _crack(job: Job) -> tuple[Outline, Solid]:

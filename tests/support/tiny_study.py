@@ -12,7 +12,7 @@ from sealtwin.core.run_folder import open_folder
 from sealtwin.study.pipeline import run_stages
 from sealtwin.study.runner import StudyOptions, compute
 from sealtwin.study.study_folder import profile_path, read_plan
-from sealtwin.trial.job import Job, resume_job, start_job
+from sealtwin.trial.job import Job, start_job
 from sealtwin.trial.trial_file import load_trial
 from tests.support.photos import mortar, with_crack, write_png
 from tests.support.report_stubs import leave_out_pages
@@ -104,7 +104,7 @@ def run_tiny(lab: Path, text: str = TRIAL) -> Path:
 def job_in(path: Path, progress: Progress | None = None) -> Iterator[Job]:
     """Of a run folder that is there."""
     with open_folder(path, create=False) as folder:
-        yield resume_job(folder, "cpu", progress or Progress())
+        yield start_job(load_trial(folder.path / "trial.toml"), folder.path, folder, "cpu", progress or Progress())
 
 
 def compute_here(out: Path, *, batch: int = 1) -> None:

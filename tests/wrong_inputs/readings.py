@@ -93,7 +93,8 @@ CASES: list[WrongInput] = [
     # Doubts, which need the crack.
     lab("hundredths of a millimetre",
         {"P01.csv": table("2.15", "2.41", "1.37", head="s_mm;Tiefe [1/100 mm]")}, "1/100 mm", "as_written"),
-    lab("a row of zeros", {"P01.csv": f"s_mm;depth_1_mm;depth_2_mm\n1;{SIX}0;0;0\n"}, "B8", "as_written = B8 C8"),
+    lab("a row of zeros",
+        {"P01.csv": f"s_mm;depth_1_mm;depth_2_mm\n1;{SIX}0;0;0\n"}, "out of order at A7", "as_written = A7"),
     # Tables along the crack, and names of files.
     along_the_crack("a depth in inches", "s_mm;depth_mm\n0;8\n9;0.3 in\n", "--depth-mm", "row 3", "0.3 in"),
     along_the_crack("widths out of order", "s_mm;width_mm\n5;2\n3;2\n", "--depth-mm 8 --width-mm", "row 3",

@@ -18,16 +18,17 @@ from validate.readings.words import (
     COLUMNS,
     INCH,
     SAMPLE,
+    STOPS,
     UNITS,
     WORD,
     WORDS,
     Role,
     is_missing,
     is_note,
-    meaning,
-    parsed,
+    may_change,
     plain_letters,
     sample_key,
+    unit_of,
 )
 
 DATE = re.compile(r"\d{1,4}[-./]\d\d?[-./](?:\d{2,4})?|\d\d?:\d\d(?::\d\d)?")
@@ -40,7 +41,7 @@ VALUES = {
 """Values that are harmless behind a label of each kind, besides a date."""
 LABELS = dict.fromkeys(SAMPLE | COLUMNS["notes"], "other")
 LABELS |= {word: kind for kind in VALUES for word in WORDS["beside"][kind].split()}
-NOTHING, STOPS = ({*WORDS["beside"][key].split()} for key in ("nothing", "stops"))
+NOTHING = {*WORDS["beside"]["nothing"].split()}
 MAX_NAMES = 3  # Largest number of names behind a label
 SIGN = re.compile(
     # A sign, a factor, a tenth, or a letter of another script, unless it begins the usual name of a worksheet
@@ -52,6 +53,7 @@ LONGEST_QUOTED = 400  # Largest number of characters of a remark that are quoted
 MAX_COLOURED = 0.2  # Largest fraction of the rows whose colour is a mark of these rows, and not the sheet's design
 ANOTHER = re.compile(r"(?!(?i:ark))[A-Za-z]{1,3}[ _-]?[0-9]+\w?")
 """Possible name of another sample. Ark1 is the usual name of a Danish worksheet."""
+DIGITS = re.compile(r"[0-9]+")
 LABEL = re.compile(r"(?:[^\W\d]*[\W_]*)?[0-9]+|\w")  # Number of a repeat, possibly after a word, or a letter
 
 
@@ -69,22 +71,25 @@ def remark_beside(table: Table, rows: ReadRows) -> None:
     The name of the sample is harmless.
     """
     _ask_about_names(table)
+    if table.likely and not all(map(table.confirms, cells := [*map(letters, table.likely)])):
+        table.remark("name", f"{table.named(table.likely)} is read, although its name has unknown words.", cells)
     sample = table.declared.sample or table.grid.path.stem
     texts = [text for text in _texts(table, rows, sample) if not is_harmless(text.text, sample)]
     remarks = dict[str, list[Text]]()
     for text in (*texts, *_names(table.grid, table.declared.sample)):
         if not table.confirms(text.part):
-            remarks.setdefault(text.text, []).append(text)
+            # Numbers of points and times of readings are one remark.
+            remarks.setdefault(text.text if changes(text.text) else DIGITS.sub("0", text.text), []).append(text)
     read_in = {column.unit for column in table.used if column.unit is not None}
     # Texts with a word that may change readings come first, since a page shows only some of them.
     for text, alike in sorted(remarks.items(), key=lambda remark: not changes(remark[0])):
-        parts = [remark.part for remark in alike]
+        parts, texts = [remark.part for remark in alike], dict.fromkeys(remark.text for remark in alike)
         cells, finding = [remark.part for remark in alike if remark.is_cell], f"{listed(parts)} has the remark"
         if cells and read_in and _units_in(text) - read_in:
             finding += f" {quoted(text)}, but {' and '.join(sorted(read_in))} is read."
             table.ask("unit", finding, "Write all in one unit.", {CONFIRMS: cells}, cells)
         else:
-            table.remark("remark", f"{finding} {quoted(text, LONGEST_QUOTED)}.", cells)
+            table.remark("remark", f"{finding} {listed([quoted(text, LONGEST_QUOTED) for text in texts])}.", cells)
     _remark_marks(table, rows)
 
 
@@ -121,7 +126,8 @@ def _may_change(table: Table, row: int, column: int, numbers: set[int], sample: 
     if roles:
         # The number of a repeat is no reading, and no word.
         return Role.REPEAT in roles and LABEL.fullmatch(cell.text) is None
-    if is_missing(cell.text) or (numeric(cell) and not is_note(name)):
+    is_unit = {unit_of(cell.text)} == {used.unit for used in table.used} - {None}
+    if is_missing(cell.text) or is_unit or (numeric(cell) and not is_note(name)):
         return False
     return other is None or not is_harmless(f"{name}: {cell.text}", sample)
 
@@ -141,11 +147,11 @@ def _ask_about_names(table: Table) -> None:
     """Ask about words and marks in column names that may change what is read, whatever is declared."""
     for column in dict.fromkeys([*(column.index for column in table.used), *table.unclear]):
         text = table.header.names.get(column, "")
-        if parsed(text).has_rest or (meaning(text) is None and changes(parsed(text).text)):
+        if may_change(text):
             remedy = "Write lengths into the sheet, and what the name says (unit, datum, end of s) into other answers."
             finding = f"does {quoted(text)} change the readings, or is it not a length?"
-            row, answer = max(table.header.rows, default=1), [letters(column)]
-            table.ask("name", finding, remedy, {CONFIRMS: answer}, answer, row)
+            answer = [letters(column)]
+            table.ask("name", finding, remedy, {CONFIRMS: answer}, answer)
 
 
 def _remark_marks(table: Table, rows: ReadRows) -> None:
@@ -169,7 +175,7 @@ def _remark_marks(table: Table, rows: ReadRows) -> None:
             "marked", f"{listed(marked)} struck through, hidden or coloured unlike the others, but read.", marked
         )
     if merged:
-        finding = f"{listed(merged)} is merged with cells below, whose stations would have no reading."
+        finding = f"{listed(merged)} is merged with other cells, which would have no reading."
         table.ask("merged", finding, "Write each reading into its own cell.", {CONFIRMS: merged}, merged)
 
 

@@ -75,7 +75,7 @@ class Grid:
     is_hidden: bool = False
     comments: list[tuple[int, int, str]] = field(default_factory=list)  # Row from 1, column from 0, and text
     merged: set[tuple[int, int]] = field(default_factory=set)
-    """First cells of merged cells over several rows, each as row from 1 and column from 0."""
+    """First cells of merged cells, each as row from 1 and column from 0."""
 
     hidden_rows: set[int] = field(default_factory=set)
     hidden_columns: set[int] = field(default_factory=set)

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.doubts import CONFIRMS, Doubt, ReadSheet
+from sealtwin.core.doubts import CONFIRMS, ReadSheet
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Outline, Profile, Solid
 from validate.readings.beside import remark_beside
 from validate.readings.grid import BLANK, Cell, Grid, SheetFaults, letters, listed, read_grid
-from validate.readings.reading_checks import Filling, SheetAndCrack, check_readings
+from validate.readings.reading_checks import SheetAndCrack, check_readings
 from validate.readings.rows import ReadRows, check_in_crack, read_rows
 from validate.readings.table import WAYS, Table, find_table, numeric
 from validate.settings import Declared, Readings
@@ -28,12 +28,12 @@ def read_readings(
     settings: Declared,
     length_mm: float | None = None,
     depth_mm: float | None = None,
-    filling: Filling | None = None,
+    crack: tuple[Outline, Solid] | None = None,
     progress: Progress | None = None,
 ) -> Profile:
     """Read a sheet or a scan as levels from the sample's surface, sorted along s.
 
-    A scan needs ``filling``, and is read by ``read_scan``. A CSV or XLSX gives mean and repeats of each station.
+    A scan needs ``crack``, and is read by ``read_scan``. A CSV or XLSX gives mean and repeats of each station.
 
     A sheet has a header of up to three rows, and a row for each station, or a row for each reading with a column that
     counts repeats. Rows may have any order. A blank field is a missing reading, and a station without readings is left
@@ -41,8 +41,8 @@ def read_readings(
 
     If the depth of the crack is given, stations outside the crack and impossible levels are faults too. The length may
     still be unknown. A possible but suspicious reading, or a text that may change readings, is listed in the profile's
-    ``doubts``, unless ``settings.as_written`` confirms it. ``filling`` gives further data for these checks. If the
-    sheet measures s from the crack's second end, s is reversed once the length is given.
+    ``doubts``, unless ``settings.as_written`` confirms it. If the sheet measures s from the crack's second end, s is
+    reversed once the length is given. ``crack``, the traced outline and its solid, also gives length and depth.
 
     Raises:
         SheetFaults: Something in the sheet is unclear. The error lists everything, with location, value and remedy.
@@ -51,12 +51,14 @@ def read_readings(
     if isinstance(settings, Readings) and settings.scan is not None:
         from validate.readings.scan import read_scan
 
-        if filling is None:
+        if crack is None:
             raise InputError(f"{path}: a scan needs a crack and its solid.")
-        return read_scan(path, settings, filling, progress)
+        return read_scan(path, settings, *crack, progress)
     if path.suffix.lower() in SCANS:
         raise InputError(f"{path}: is a scan: set readings.scan and readings.placement.")
-    return readings_of(read_grid(path, settings.sheet, settings.separator), settings, length_mm, depth_mm, filling)
+    if crack is not None:
+        length_mm, depth_mm = length_mm or crack[0].length_mm, depth_mm or crack[1].depth_mm
+    return readings_of(read_grid(path, settings.sheet, settings.separator), settings, length_mm, depth_mm)
 
 
 def readings_of(
@@ -64,7 +66,6 @@ def readings_of(
     settings: Declared,
     length_mm: float | None = None,
     depth_mm: float | None = None,
-    filling: Filling | None = None,
 ) -> Profile:
     """Read the cells of a sheet, with the same checks and warnings as ``read_readings``."""
     table = find_table(grid, settings)
@@ -84,12 +85,16 @@ def readings_of(
     remark_beside(table, rows)
     if is_sure and len(cells.s_mm) > 1:
         has_levels = has_levels and not table.is_open("outside", "deep")
-        sheet = SheetAndCrack(cells, depth_mm, length_mm, filling)
+        sheet = SheetAndCrack(cells, depth_mm, length_mm)
         if not has_levels:
             sheet = SheetAndCrack(cells, None, length_mm if has_places else None)
         doubts = check_readings(sheet, grid.location())
         table.doubts += [doubt for doubt in doubts if doubt.kind not in WHOLE or has_levels]
-    questions = tuple(doubt for doubt in table.doubts if _is_unanswered(doubt, table))
+    questions = tuple(
+        doubt
+        for doubt in table.doubts
+        if not doubt.can_be_confirmed or not all(map(table.confirms, doubt.answers[CONFIRMS]))
+    )
     understood = _understood(table, rows)
     if not all(doubt.is_remark for doubt in questions):
         raise SheetFaults(questions, understood)
@@ -125,12 +130,6 @@ def _cell(value: Any) -> Cell:
             raise InputError(f"{value} is not a finite number. Use NaN for a missing reading.")
         return Cell(f"{value:.15g}", "number")
     return Cell(f"{value}".strip())
-
-
-def _is_unanswered(doubt: Doubt, table: Table) -> bool:
-    if doubt.kind == "datum" and table.declared.datum != "sample_surface":
-        return False
-    return not doubt.can_be_confirmed or not all(map(table.confirms, doubt.answers[CONFIRMS]))
 
 
 def _dialect(table: Table, rows: ReadRows) -> str:

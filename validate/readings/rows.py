@@ -129,11 +129,15 @@ def _listed(cells: Mapping[str, str]) -> str:
 
 
 def _decimal_mark(table: Table) -> Decimal | None:
-    cells = [table.cell(row, column) for row in table.body for column in table.used if column is not table.repeat]
-    texts = [value[0] for cell in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
-    mark = table.declared.decimal or common_mark(texts, table.grid.separator)
-    if mark is None and (ambiguous := [*filter(is_ambiguous, texts)]):
-        finding = f"the mark in {quoted(ambiguous[0])} may be a decimal mark, or it may separate thousands."
+    cells = [(table.cell(row, k), k) for row in table.body for k in table.used if k is not table.repeat]
+    texts = [(value[0], k) for cell, k in cells if cell.kind == "text" and (value := numeric(cell)) is not None]
+    mark = table.declared.decimal or common_mark((text for text, _ in texts), table.grid.separator)
+    ambiguous = [(text, k) for text, k in texts if is_ambiguous(text)]
+    # No crack is 1,000 mm deep.
+    if mark is None and any(k.role is Role.READING and k.unit not in (None, "\u00b5m") for _, k in ambiguous):
+        return "comma" if "," in ambiguous[0][0] else "point"
+    if mark is None and ambiguous:
+        finding = f"the mark in {quoted(ambiguous[0][0])} may be a decimal mark, or it may separate thousands."
         table.ask("decimal", finding, "The decimal mark is comma or point.", {"decimal": None})
     return mark
 

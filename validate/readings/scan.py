@@ -9,11 +9,11 @@ from scipy.ndimage import binary_erosion, median_filter, uniform_filter
 from skimage.measure import label
 
 from sealtwin.core.arc_length import arc_length, arc_length_at, at_arc_length
-from sealtwin.core.arrays import unit
+from sealtwin.core.arrays import runs, unit
 from sealtwin.core.doubts import CONFIRMS, Doubt, Location
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Booleans, Floats, Integers, Outline, Profile
+from sealtwin.core.records import Booleans, Floats, Integers, Outline, Profile, Solid
 from sealtwin.core.scan_figures import Scan, ScanFigures
 from sealtwin.core.solid_figures import Span
 from sealtwin.scan.edge_fit import SURE_AGREEING
@@ -22,9 +22,9 @@ from sealtwin.scan.mouth_search import Target
 from sealtwin.scan.points_file import read_points
 from sealtwin.scan.registration import Placed, place
 from sealtwin.scan.settings import Placement
-from validate.metrics.volumes import cuts_of_cavity
+from validate.metrics.volumes import cuts_of_cavity, fill_volumes
 from validate.readings.grid import SheetFaults
-from validate.readings.reading_checks import Filling, check_scan
+from validate.readings.reading_checks import check_scan
 from validate.settings import Readings
 from validate.units import counted
 
@@ -62,7 +62,9 @@ COVERAGE = 2.0  # Half-width of a 95 % interval in standard uncertainties
 MARGIN = 2.0  # Half the width of the heights along the crack, divided by the crack's mean width
 
 
-def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progress | None = None) -> Profile:
+def read_scan(
+    path: Path, settings: Readings, outline: Outline, solid: Solid, progress: Progress | None = None
+) -> Profile:
     """Return the level of the sealant every millimetre along the crack, as the mean across its surface.
 
     The plane of the uncracked face is 0. A station of which less than a third is seen has no level. Walls that show
@@ -71,7 +73,7 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
     Raises SheetFaults if the level is above the face on the whole, unless ``settings.as_written`` confirms its sign.
     Raises InputError if the scan cannot be read, does not fit to the sample, or shows fewer than two stations.
     """
-    outline, solid, progress = filling.outline, filling.solid, progress or Progress()
+    progress = progress or Progress()
     progress.start("Reading the scan", 3)
     levels_mm, cuts = cuts_of_cavity(solid, CUTS)
     target = Target.of(outline, cuts[-1])
@@ -97,7 +99,9 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
     mean_sd_mm = float(np.hypot(np.sqrt(weights @ covariance @ weights), (settings.limit_mm or 0.0) / np.sqrt(3)))
     over, under, is_cut = surface.volumes(levels.surface_mm, mean_sd_mm)
     of_level_mm3 = COVERAGE * mean_sd_mm * outline.mean_width_mm * outline.length_mm
-    below_mm3 = filling.held_mm3(s_mm, np.minimum(level_mm, 0.0))
+    # Beyond the outer stations, the level is taken as constant.
+    below = Profile(s_mm, np.clip(level_mm, -solid.depth_at_mm(s_mm), 0.0))
+    below_mm3 = fill_volumes(below, outline, solid, 0.0, outline.length_mm).sealant_mm3
     figures = ScanFigures(
         points=placed.points,
         placed_by=placed.placed_by,
@@ -121,7 +125,7 @@ def read_scan(path: Path, settings: Readings, filling: Filling, progress: Progre
     scan = Scan(figures, *_along(surface, outline), covariance)
     doubts = (
         *_doubts(placed, is_cut, float(seen.mean()), settings, path),
-        *check_scan(s_mm, level_mm, filling, Location(path)),
+        *check_scan(s_mm, level_mm, solid.depth_mm, Location(path)),
     )
     questions = tuple(doubt for doubt in doubts if doubt.kind not in (settings.as_written or ()))
     if not all(doubt.is_remark for doubt in questions):
@@ -365,7 +369,8 @@ def _doubts(placed: Placed, is_cut: bool, seen: float, settings: Readings, path:
         (
             placed.agreeing is None,
             "position",
-            "no crack is recognised at the named points: the sealant is level with the face, or the points are wrong.",
+            "no crack is recognised at the named points: the sealant is level with the face or covers the edges, or "
+            "the points are wrong.",
             look,
         ),
         (
@@ -404,11 +409,7 @@ def _weights(s_mm: Floats) -> Floats:
 def _stretches(s_mm: Floats, which: Booleans) -> tuple[Span, ...]:
     """Return the first and last position of each run of stations."""
     half_mm = (s_mm[1] - s_mm[0]) / 2
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], which, [False]]).astype(int)))
-    return tuple(
-        (float(s_mm[first] - half_mm), float(s_mm[last - 1] + half_mm))
-        for first, last in zip(edges[::2], edges[1::2], strict=True)
-    )
+    return tuple((float(s_mm[first] - half_mm), float(s_mm[last - 1] + half_mm)) for first, last in runs(which))
 
 
 def _along(surface: _Surface, outline: Outline) -> tuple[Floats, Floats, Floats, Floats]:

@@ -8,17 +8,31 @@ from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import chain, takewhile
+from itertools import chain, product, takewhile
 from typing import Any, get_args
+
+import numpy as np
 
 from sealtwin.core.doubts import Doubt
 from validate.readings.grid import BLANK, MAX_COLUMNS, Cell, Grid, column_of, letters, listed, quoted
-from validate.readings.words import MM, Meaning, Role, meaning, number, parsed, sample_key, unit_of
+from validate.readings.words import (
+    MM,
+    Meaning,
+    Role,
+    meaning,
+    number,
+    parsed,
+    sample_key,
+    stated,
+    unit_of,
+    unnumbered,
+)
 from validate.settings import Columns, Declared, Quantity, Unit
 
 MAX_ROWS = 3  # Largest number of rows in a header
 FIRST_ROWS = 60  # Number of first rows in which a header must begin
 MAX_FILE_ROWS = 10**9  # A number above every row number in a file
+LONGEST_LABEL = 12  # Largest number of characters of a repeat's label in a header's second row
 SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 QUANTITY = re.compile(r"(\S*[0-9][^\s\u00b5\u03bca-zA-Z\"%]*)\s*([^\W\d_]{1,12}|\"|%)")
 """A number followed by a unit."""
@@ -66,11 +80,13 @@ class Table:
     header: Header
     body: list[int]  # Rows with cells below the header
     doubts: list[Doubt]  # Questions about the sheet so far, and possible mistakes
+    meanings: dict[int, Meaning]  # Meanings of the columns by their names
     station: Column | None = None
     readings: list[Column] = field(default_factory=list[Column])
     repeat: Column | None = None
     others: dict[int, Column] = field(default_factory=dict[int, Column])  # Columns that are known to have another role
     unclear: list[int] = field(default_factory=list[int])  # Columns that may be the answer to a question
+    likely: list[int] = field(default_factory=list[int])  # Used columns whose names are only understood in part
     is_guessed: bool = False  # True if columns were chosen although no name and no setting gives them
 
     @property
@@ -95,13 +111,12 @@ class Table:
         remedy: str = "",
         answers: Mapping[str, Any] | None = None,
         cells: Sequence[str] = (),
-        row: int | None = None,
     ) -> None:
-        """Add a question about the sheet or one of its rows.
+        """Add a question about the sheet.
 
         If ``answers`` has the key ``as_written``, a user can confirm the text as it is.
         """
-        self.doubts.append(Doubt(kind, self.grid.location(row), finding, remedy, answers or {}, tuple(cells)))
+        self.doubts.append(Doubt(kind, self.grid.location(), finding, remedy, answers or {}, tuple(cells)))
 
     def remark(self, kind: str, finding: str, cells: Sequence[str] = ()) -> None:
         """Add a remark, which needs no answer. ``as_written`` with its cells removes it."""
@@ -121,13 +136,27 @@ class Table:
 
     def what(self, column: int) -> Meaning:
         """Return the role, unit and direction that a column's name states."""
-        return meaning(self.header.names.get(column, "")) or Meaning(Role.OTHER)
+        return self.meanings.get(column, Meaning(Role.OTHER))
+
+    def numbers(self, column: int) -> list[float]:
+        """Return the numbers in a column, with any decimal mark."""
+        cells = (self.grid.cell(row, column) for row in self.body)
+        return [number(value[0]) or 0.0 for cell in cells if (value := numeric(cell))]
 
     def is_index(self, column: int) -> bool:
-        """Return whether a column under an unknown name counts the rows from 0 or 1, as programs write it."""
-        texts = [cell.text for row in self.body if (cell := self.grid.cell(row, column)).text]
-        counts = ([f"{first + count}" for count in range(len(texts))] for first in (0, 1))
-        return bool(self.header.rows) and len(texts) > 2 and texts in counts
+        """Return whether a column counts rows or stations from 0 or 1, as programs write it."""
+        numbers = self.numbers(column)
+        return (
+            len(numbers) > 2
+            and bool(self.header.rows)
+            and numbers[0] in (0, 1)
+            and {*np.diff(numbers)} in ({1}, {0, 1})
+        )
+
+    def is_ordered(self, column: int) -> bool:
+        """Return whether a column has numbers that only rise or only fall."""
+        steps = np.diff(self.numbers(column))
+        return bool(steps.size) and bool((steps >= 0).all() or (steps <= 0).all())
 
     def named(self, columns: Sequence[int]) -> str:
         names = self.header.names
@@ -151,7 +180,10 @@ def find_table(grid: Grid, declared: Declared) -> Table:
     }
     header = find_header(part, rows.start)
     body = [row for row in part if row >= header.first and part[row]]
-    table = Table(grid, declared, (columns, rows), part, header, body, [*grid.doubts])
+    # CloudCompare writes the number of points below the header.
+    if body and grid.texts(body[0]) == (f"{len(body) - 1}",):
+        body = body[1:]
+    table = Table(grid, declared, (columns, rows), part, header, body, [*grid.doubts], _meanings(header.names))
     _end_before_next_table(table)
     _set_columns(table)
     _ask_for_units(table)
@@ -167,14 +199,15 @@ def find_header(part: Rows, top: int) -> Header:
     rows = [*part]
     start, end = bisect_left(rows, top), len(rows)
     # A part without a header uses the header of the rows above it.
-    for index in (*range(start, min(start + FIRST_ROWS, end)), *range(start - 1, -1, -1)):
-        # Rows with units and with the numbers of repeats belong to the header above them.
-        for count in range(MAX_ROWS, 0, -1):
-            header = rows[index : index + count]
-            if names := _names_if_header([part[row] for row in header]):
-                return Header(tuple(header), names, max(header[-1] + 1, top))
+    indices = [*range(start, min(start + FIRST_ROWS, end)), *range(start - 1, -1, -1)]
+    # Rows with units and with the numbers of repeats belong to the header above them.
+    for is_whole, index, count in product((True, False), indices, range(MAX_ROWS, 0, -1)):
+        header = rows[index : index + count]
+        if _is_header([part[row] for row in header], is_whole=is_whole):
+            header += [row for row in rows[index + count : index + count + 1] if _labels_repeats(part, row)]
+            return Header(tuple(header), _names_of([part[row] for row in header]), max(header[-1] + 1, top))
     # Without known names, the header is the rows of texts above the first row with numbers.
-    data = [row for row in rows[start:] if _has_numbers(part[row]) and not _counts_repeats(part, row)]
+    data = [row for row in rows[start:] if _has_numbers(part[row]) and not _labels_repeats(part, row)]
     first = next(iter(data), rows[start] if start < end else top)
     above = reversed(range(first - MAX_ROWS, first))
     texts = takewhile(lambda row: len(part.get(row, ())) > 1 and row not in data, above)
@@ -199,16 +232,15 @@ def _names_of(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str]:
     return names
 
 
-def _names_if_header(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str] | None:
-    """Return the names in rows if the rows are a header: columns of positions and of readings, and no number."""
+def _is_header(rows: Sequence[Mapping[int, Cell]], *, is_whole: bool) -> bool:
+    """Return whether rows are a header: names of positions and of readings, and no number."""
     if any(sum(bool(cell.text) for cell in cells.values()) < 2 for cells in rows):
-        return None
-    names = _names_of(rows)
-    meanings = _meanings(names)
-    if not _are_of_a_header({entry.role for entry in meanings.values()}):
-        return None
-    stations = [column for column, entry in meanings.items() if entry.role is Role.STATION]
-    return None if any(numeric(cells.get(column, BLANK)) for cells in rows for column in stations) else names
+        return False
+    meanings = _meanings(_names_of(rows))
+    roles = {column: entry.role for column, entry in meanings.items() if entry.is_whole or not is_whole}
+    stations = [column for column, role in roles.items() if role is Role.STATION]
+    has_number = any(numeric(cells.get(column, BLANK)) for cells in rows for column in stations)
+    return _are_of_a_header({*roles.values()}) and not has_number
 
 
 def _meanings(names: Mapping[int, str]) -> dict[int, Meaning]:
@@ -225,10 +257,12 @@ def _has_numbers(cells: Mapping[int, Cell]) -> bool:
     return sum(are_numbers) > max(1, len(are_numbers) / 2)
 
 
-def _counts_repeats(part: Rows, row: int) -> bool:
-    """Return whether a row counts 1, 2, 3 below names, and has nothing in the first column."""
+def _labels_repeats(part: Rows, row: int) -> bool:
+    """Return whether a row has 1, 2, 3 or other labels below names, and nothing in the first column."""
     above, texts = part.get(row - 1, {}), [cell.text for cell in part[row].values()]
-    return bool(above) and min(above) < min(part[row]) and texts == [f"{1 + count}" for count in range(len(texts))]
+    are_labels = len(texts) > 1 and all(number(text) is None and len(text) <= LONGEST_LABEL for text in texts)
+    are_labels |= texts == [f"{1 + count}" for count in range(len(texts))]
+    return bool(above) and min(above) < min(part[row]) and are_labels
 
 
 @lru_cache(maxsize=50_000)
@@ -244,7 +278,8 @@ def numeric(cell: Cell) -> tuple[str, str] | None:
 
 def roles_in(cells: Iterable[Cell]) -> set[Role]:
     """Return the known roles of columns that are named in these cells."""
-    return {entry.role for cell in cells if number(cell.text) is None and (entry := meaning(cell.text)) is not None}
+    meanings = (meaning(cell.text) for cell in cells if number(cell.text) is None)
+    return {entry.role for entry in meanings if entry is not None and entry.is_whole}
 
 
 def _end_before_next_table(table: Table) -> None:
@@ -265,19 +300,33 @@ def _set_columns(table: Table) -> None:
     """Set the columns of a table from its names and the settings, or ask for them."""
     chosen, cells = table.chosen, chain.from_iterable(table.part[row].items() for row in table.body)
     numbers = sorted({column for column, cell in cells if numeric(cell) or cell.kind == "formula"})
-    meanings = _meanings(table.header.names)
-    settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat}
-    stations, readings, repeats = (
+    names = {column: table.header.names.get(column, "") for column in numbers}
+    meanings = table.meanings = {
+        column: entry for column, entry in table.meanings.items() if entry.is_whole or column in numbers
+    }
+    settings = {Role.STATION: chosen.s, Role.READING: chosen.levels, Role.REPEAT: chosen.repeat, Role.NEW: None}
+    stations, readings, repeats, new = (
         [column for column, entry in meanings.items() if entry.role is role]
         if entries is None
         else _lettered(table, [entries] if isinstance(entries, str) else entries, numbers)
         for role, entries in settings.items()
     )
+    if chosen.s is None:
+        # Among several columns of positions, those out of order are other figures, and one may only count the rows.
+        stations = [column for column in stations if column in numbers]
+        for may_be in (table.is_ordered, lambda column: not table.is_index(column)):
+            stations = [*filter(may_be, stations)] or stations
     if chosen.levels is not None:
         repeats = [column for column in repeats if column not in readings and len(readings) == 1]
-    unknown = [column for column in numbers if column not in {*meanings, *stations, *readings, *repeats}]
+    assigned = ({*meanings} - {*new}) | {*stations, *readings, *repeats}
+    unknown = [column for column in numbers if column not in assigned and not table.is_index(column)]
     unknown = unknown if chosen.s is None or chosen.levels is None else []
-    unknown = [column for column in unknown if not table.is_index(column)]
+    places = [column for column in new if column in unknown and meanings[column].unit and table.is_ordered(column)]
+    if len(places) == 1 and all(map(table.is_index, stations)):
+        stations, unknown = places, [column for column in unknown if column not in places]
+    if not (readings or repeats) and {*unknown} <= {*new} and len({unnumbered(names[k])[0] for k in unknown}) == 1:
+        # Columns that remain, with names that differ by the number of a repeat
+        readings, unknown = unknown, []
     if not readings and not unknown:
         # A column named only "Messung" contains the readings, unless another column contains them. It then counts
         # repeats.
@@ -291,6 +340,8 @@ def _set_columns(table: Table) -> None:
         repeats = []
         # Another column may be the answer: its name is asked about in the same round.
         table.unclear = sorted({*unknown} - {*stations, *readings})
+    elif chosen.s is None and chosen.levels is None:
+        table.likely = [column for column in (*stations, *readings) if not meanings[column].is_whole]
     table.station = next((table.column(k, Role.STATION) for k in stations), None)
     table.readings = [table.column(k, Role.READING) for k in readings]
     table.repeat = next((table.column(k, Role.REPEAT) for k in repeats), None)
@@ -325,6 +376,9 @@ def _problems(
     if table.chosen.levels is None:
         if len({(entry.unit, entry.quantity) for entry in meanings}) > 1:
             yield f"{table.named(readings)} differ in unit or direction"
+        names = {unnumbered(table.header.names.get(column, ""))[0] for column in readings}
+        if len(names) > 1 and not all(entry.is_whole for entry in meanings):
+            yield f"{table.named(readings)} differ by unknown words"
         numbers = [entry.number for entry in meanings]
         if len({*numbers}) not in (1, len(numbers)) or any(int(number or 0) > len(numbers) for number in numbers):
             yield f"{table.named(readings)} has a number that is not the number of a repeat"
@@ -346,7 +400,8 @@ def _guessed_columns(
     if beside and beside != readings:
         _ask_for_range(table, f"{finding} Are there several tables?")
         return stations[:1], beside
-    answers: dict[str, Any] = {"columns.s": letters(stations[0]) if len(stations) == 1 else None}
+    is_known = len(stations) == 1 and not table.is_index(stations[0])
+    answers: dict[str, Any] = {"columns.s": letters(stations[0]) if is_known else None}
     stations = sorted(stations, key=lambda column: table.what(column).unit is None)
     stations = (stations or [column for column in likely if column not in readings])[:1]
     named = [column for column in readings if column not in stations]
@@ -377,6 +432,7 @@ def _ask_for_units(table: Table) -> None:
     """Set the unit of each column from its name, its cells or the settings, and ask for missing units."""
     declared, places = table.declared.unit, table.chosen.places
     lacking, another, is_needed = list[Column](), list[int](), False
+    in_texts, _ = _stated(table)
     for column in table.used:
         if column is table.repeat:
             continue
@@ -389,7 +445,7 @@ def _ask_for_units(table: Table) -> None:
         setting = declared
         if column.role is Role.STATION and places is not None:
             setting = "mm" if isinstance(places, tuple) else places
-        unit = next(filter(None, (column.unit, *map(unit_of, texts))), None)
+        unit = next(filter(None, (column.unit, *map(unit_of, texts), None if setting else in_texts)), None)
         lacking += [column] if unit is None and setting is None else []
         another += [column.index] if unit and setting not in (None, unit) else []
         is_needed |= unit is None
@@ -404,9 +460,20 @@ def _ask_for_units(table: Table) -> None:
         table.ask("unit", finding, remedy, answers, [column.letters for column in lacking])
 
 
+def _stated(table: Table) -> tuple[str | None, Quantity | None]:
+    """Return the unit and the direction that texts outside the rows of readings state, or units in these rows."""
+    units, quantities = set[str](), set[Quantity]()
+    for row in table.part.keys() - table.header.rows:
+        cells = table.part[row].values()
+        for text in (cell.text for cell in cells if unit_of(cell.text) or not any(map(numeric, cells))):
+            of_text, quantity = stated(text)
+            units, quantities = units | of_text, quantities | quantity
+    return units.pop() if len(units) == 1 else None, quantities.pop() if len(quantities) == 1 else None
+
+
 def _ask_for_direction(table: Table) -> None:
     written: set[Quantity] = {column.quantity for column in table.readings if column.quantity is not None}
-    quantity = table.declared.quantity or next(iter(written), None)
+    quantity = table.declared.quantity or next(iter(written), None) or _stated(table)[1]
     if written - {quantity}:
         finding = f"the header has {' and '.join(sorted(written))}, but only one of them is read."
         table.ask("quantity", finding, "Remove the setting, or choose other columns.")

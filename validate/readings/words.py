@@ -25,14 +25,18 @@ MISSING = frozenset(WORDS["missing"]["words"].split())
 COLUMNS = {kind: frozenset(words.split()) for kind, words in WORDS["columns"].items()}
 STATION, REPEAT, VALUE, COUNTER, SAMPLE = (COLUMNS[k] for k in ("station", "repeat", "value", "counter", "sample"))
 DOWNWARD, HEIGHT, CALCULATED, FACE = (COLUMNS[k] for k in ("downward", "height", "calculated", "face"))
-UPWARD = COLUMNS["level"]
-DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
+UPWARD, BELOW = COLUMNS["level"], DOWNWARD | COLUMNS["below"]
+DEPTH, LEVEL = BELOW | COLUMNS["depth"], HEIGHT | UPWARD
 OTHER = CALCULATED | COLUMNS["notes"] | COLUMNS["other"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[k] for k in ("beside_station", "beside_reading"))
 OF_READING |= FACE
-RELATIVE, SURFACE, TOWARD = (COLUMNS[k] for k in ("relative", "surface", "toward"))
+RELATIVE, SURFACE = COLUMNS["relative"], COLUMNS["surface"]
+AXIS, SEALANT = COLUMNS["axis"], COLUMNS["sealant"]
 OF_SAMPLE = SAMPLE | COUNTER | COLUMNS["beside_sample"]
 READING = DEPTH | LEVEL | REPEAT | VALUE
+KNOWN = READING | STATION | OF_STATION | OF_READING | COUNTER | SEALANT | RELATIVE | AXIS
+SHORTEST_END = 5  # Smallest length of a known word at the end of a compound
+STOPS = frozenset(WORDS["beside"]["stops"].split())
 
 LONGEST_NAME = 200
 PART = re.compile(r"[^\W_]+|[^\w\s.-]")
@@ -40,16 +44,23 @@ WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 UNIT_WORD = "(?:{})".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
 INCH = re.compile(r"(?<=[\[(/_])\s*in\s*[\])]?\s*$|\"\s*[\])]?\s*$|\s+in\s*$")
 """The unit "in", in brackets or at the end of a name. Elsewhere "in" is a preposition."""
+QUANTITY = re.compile(rf"[0-9]\s*{UNIT_WORD}(?!\w)")
 FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD}")
 """A number that may be a factor of the unit, as in [10 mm] or "depth 10 mm"."""
 UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
-HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
+CAMEL = re.compile(r"(?<=[^\W\dA-Z_]{2})(?=[A-Z][^\W\dA-Z_])")
+HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])|(?<=\s)[-\u2013\u2014](?=\s)|[#\u00b0](?=\s*[0-9])")
+"""A hyphen, a dash between words, or the sign of a number."""
+ORDINAL = re.compile(r"(?<!\w)([0-9]{1,2})(?:st|nd|rd|th|e|er|re|ere|eme|ste|de|a|o|\u00b0)(?!\w)")
+NUMERALS = [words.split() for words in WORDS["repeats"].values()]
+"""Words that count repeats, from 1."""
+NEGATIVE = re.compile(rf"negat|minus|\(\s*-\s*\)|-\s*(?:{'|'.join(sorted(BELOW))})(?!\w)")
+"""A legend of negative numbers, such as "- below"."""
 ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
-ZERO = re.compile(r"0\s*=\s*([^\W\d_][^,;()\[\]=+]*)")
-POSITIVE = re.compile(r"\+\s*([^\W\d_][^,;()\[\]=+]*)|([^\W\d_]+)\s*\+")
-"""Parts of a legend such as "(0 = sample face, + up)"."""
-REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]")
-"""A special character, or a unit in brackets that is unknown or only a 1."""
+LEGEND = re.compile(r"(?:0\s*=|\+)\s*[^\W\d_][^,;()\[\]=+]*|[^\W\d_]+\s*\+")
+"""Part of a legend such as "(0 = sample face, + up)"."""
+REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]|\bx\s?\d|\d\s?x\b")
+"""A special character, a unit in brackets that is unknown or only a 1, or a factor."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
@@ -67,6 +78,7 @@ class Role(Enum):
     READING = "reading"
     REPEAT = "repeat"  # Number of a reading within its station
     SAMPLE = "sample"  # Name of the sample of the row
+    NEW = "new"  # Only unknown words
     OTHER = "other"  # Notes, figures calculated from readings, and all that is not used
 
 
@@ -76,6 +88,7 @@ class Meaning:
     unit: str | None = None
     quantity: Quantity | None = None  # Direction of a reading. None if the name leaves it open.
     number: str | None = None  # Number of a repeat. None if the name has no number.
+    is_whole: bool = True  # False if the name has unknown words
 
 
 class Name(NamedTuple):
@@ -95,11 +108,10 @@ class Name(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def parsed(name: str) -> Name:
-    plain = plain_letters(name[: LONGEST_NAME + 1])
+    plain = plain_letters(CAMEL.sub(" ", name[: LONGEST_NAME + 1]))
     is_sound = len(plain) <= LONGEST_NAME and not any(unicodedata.category(letter) == "No" for letter in name)
-    plain = ELIDED.sub("", HYPHEN.sub(" ", plain))
-    plain = ZERO.sub(lambda zero: " " if _is_of(zero[1], FACE, OF_READING | SAMPLE) else zero[0], plain)
-    plain = POSITIVE.sub(_upward, plain)
+    plain = ELIDED.sub("", ORDINAL.sub(r"\1 ", HYPHEN.sub(" ", plain)))
+    plain = LEGEND.sub(_plain_legend, plain)
     units = set[str]()
     is_sound = is_sound and FACTOR.search(plain) is None
     if INCH.search(plain) is None:
@@ -112,48 +124,91 @@ def parsed(name: str) -> Name:
     return Name(plain, next(iter(units)) if len(units) == 1 else None, is_sound and len(units) < 2)
 
 
-def _upward(sign: re.Match[str]) -> str:
-    """Return "up" for a legend such as "+ up", and any other text as it is."""
-    return " up " if _is_of(sign[1] or sign[2], UPWARD, UPWARD | OF_READING | TOWARD) else sign[0]
+def _plain_legend(part: re.Match[str]) -> str:
+    """Return the words of a legend without its zero or sign if they are the face or upward, or else the legend."""
+    words = {*WORD.findall(part[0])} - {"0"}
+    is_known = words & (FACE if "0" in part[0] else UPWARD) and words <= FACE | UPWARD | OF_READING | SAMPLE
+    return f" {' '.join(words - SAMPLE)} " if is_known else part[0]
 
 
-def _is_of(text: str, words: frozenset[str], beside: frozenset[str]) -> bool:
-    """Return whether a text in plain letters has one of ``words``, and only words of ``beside``."""
-    of_text = {*WORD.findall(text)}
-    return bool(of_text & words) and of_text <= beside
+def unnumbered(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the words of a column's name without its unit, and the numbers of repeats in it."""
+    parts = WORD.findall(parsed(name).text)
+    numbers, words = [part for part in parts if part.isdigit()], [part for part in parts if not part.isdigit()]
+    # A letter counts repeats only at the end of a name, and not in "from end A".
+    counting = [
+        word for word in words if not numbers and STATION.isdisjoint(words) and (len(word) > 2 or word == words[-1])
+    ]
+    numerals = {word: f"{count}" for count, alike in enumerate(NUMERALS, start=1) for word in counting if word in alike}
+    return tuple(word for word in words if word not in numerals), (*numbers, *numerals.values())
 
 
 @lru_cache(maxsize=4096)
 def meaning(name: str) -> Meaning | None:
-    """Return the meaning of a column's name. Returns None if the name has an unknown word or mark."""
+    """Return the meaning of a column's name. Returns None if the name is ambiguous, or has a mark."""
     text, unit, is_sound = in_parts = parsed(name)
-    parts = WORD.findall(text)
-    numbers, words = [part for part in parts if part.isdigit()], {part for part in parts if not part.isdigit()}
+    in_order, numbers = unnumbered(name)
+    words, understood, number = {*in_order}, {*map(_known, in_order)}, next(iter(numbers), None)
     if words & SAMPLE and words <= OF_SAMPLE and not (unit or numbers):
         return Meaning(Role.SAMPLE) if is_sound else None
     if words & OTHER or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
         return Meaning(Role.OTHER, unit)
     # A number behind the sample's name belongs to it, as in "depth of sample 1".
-    is_numbered = any(name in SAMPLE and behind.isdigit() for name, behind in pairwise(parts))
-    if in_parts.has_rest or is_numbered:
+    is_numbered = any(name in SAMPLE and behind.isdigit() for name, behind in pairwise(WORD.findall(text)))
+    is_of_crack = understood & DEPTH and understood & COLUMNS["crack"] and not understood & (FACE | SEALANT)
+    if in_parts.has_rest or is_numbered or is_of_crack or not words:
         return None
-    if words & COLUMNS["axis"] and unit in MM:
-        words = words - COLUMNS["axis"] | {"s"}
-    if words & DEPTH:
-        words -= TOWARD
-    if words & (FACE | SURFACE):
-        # A height over the face is that of the sealant's surface; without a face it may be its thickness.
-        words -= RELATIVE | (set() if words & STATION else COLUMNS["sealant"])
-    if words & STATION:
-        return Meaning(Role.STATION, unit) if words <= STATION | OF_STATION and not numbers else None
+    if not understood & (READING | STATION | SAMPLE | AXIS):
+        return Meaning(Role.NEW, unit, None, number, False)
+    # A distance below the face is a reading.
+    if not understood & (DEPTH | LEVEL):
+        if understood & STATION or (understood & AXIS and (unit in MM or understood & OF_STATION)):
+            return None if numbers else Meaning(Role.STATION, unit, is_whole=words <= STATION | OF_STATION | AXIS)
+        if not understood & READING:
+            return None
     # A height that counts downward is a depth; a level below something is ambiguous.
-    is_clear = not (words & DEPTH and words & LEVEL) or words & (DEPTH | LEVEL) <= HEIGHT | DOWNWARD
-    if not (words & READING and words <= READING | COUNTER | OF_READING and is_clear):
+    if understood & DEPTH and understood & LEVEL and not understood & (DEPTH | LEVEL) <= HEIGHT | DOWNWARD:
         return None
-    quantity: Quantity | None = "depth" if words & DEPTH else "level" if words & LEVEL else None
+    quantity: Quantity | None = "depth" if understood & DEPTH else "level" if understood & LEVEL else None
     bare = quantity is None and unit is None and not numbers
-    counts = bare and (words & COUNTER or not words & VALUE)
-    return Meaning(Role.REPEAT if counts else Role.READING, unit, quantity, next(iter(numbers), None))
+    counts = bare and (understood & COUNTER or not understood & VALUE)
+    # A height over the face is that of the sealant's surface; without a face it may be its thickness.
+    beside = OF_READING | (RELATIVE | SEALANT if words & (FACE | SURFACE) else set())
+    return Meaning(Role.REPEAT if counts else Role.READING, unit, quantity, number, words <= READING | COUNTER | beside)
+
+
+def may_change(name: str) -> bool:
+    """Return whether a column's name has a mark, or an unknown word, that may change readings."""
+    stops = STOPS & {word[:5] for word in unnumbered(name)[0] if not _known(word)}
+    return bool(stops or parsed(name).has_rest)
+
+
+def _known(word: str) -> str:
+    """Return a known word, or the known word at the end of a compound such as "Einsinktiefe". Returns "" for others."""
+    if word in KNOWN:
+        return word
+    return max((end for end in KNOWN if len(end) >= SHORTEST_END and word.endswith(end)), key=len, default="")
+
+
+def stated(text: str) -> tuple[set[str], set[Quantity]]:
+    """Return the units and the direction of readings that a text above or below a table states.
+
+    An instrument has a name, not a direction, and a length such as "crack depth 15 mm" is no statement.
+    """
+    plain = plain_letters(text)
+    lengths, without = QUANTITY.search(plain), QUANTITY.sub(" ", plain)
+    words = {*WORD.findall(parsed(without).text)}
+    if words & COLUMNS["instrument"]:
+        return set(), set()
+    units = {UNITS[word] for word in WORD.findall(without) if word in UNITS and word != "m"}
+    is_negative, down, up = NEGATIVE.search(plain), words & DEPTH, words & LEVEL
+    # What a legend says of negative numbers tells the direction of the others.
+    if is_negative:
+        down, up = down - BELOW, up | (down & BELOW)
+    is_depth = bool(down & COLUMNS["depth"] or (down and not up))
+    if lengths or not (down or up) or (is_depth and (is_negative or up & HEIGHT)) or (down and up & HEIGHT):
+        return units, set()
+    return units, {"depth" if is_depth else "level"}
 
 
 def unit_of(text: str) -> str | None:

@@ -110,9 +110,8 @@ def _fill(sheet: Grid, parser: _CellParser, looks: Sequence[Cell]) -> None:
     merged: Any = getattr(parser, "merged_cells", None)
     for cells in merged.mergeCell if merged else ():
         bounds: Any = range_boundaries(cells.ref)
-        left, top, _, bottom = bounds
-        if top < bottom:
-            sheet.merged.add((top, left - 1))
+        left, top, *_ = bounds
+        sheet.merged.add((top, left - 1))
     sheet.hidden_rows.update(int(row) for row, dimension in parser.row_dimensions.items() if HIDDEN & dimension.items())
     for dimension in parser.column_dimensions.values():
         if HIDDEN & dimension.items():

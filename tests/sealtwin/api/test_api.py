@@ -188,6 +188,8 @@ def test_run_trial_gives_the_same_run_as_inject(lab, run, tmp_path, monkeypatch)
     st.compare(trial.run, st.read_readings(READINGS, run.path.solid))
     with pytest.raises(InputError, match="compare: readings belong to"):
         st.compare(trial.level, st.read_readings(READINGS, st.build_solid(trial.crack, 9, tilt="vertical")))
+    with pytest.raises(InputError, match="compare: all readings are within"):
+        st.compare(trial.level, st.read_readings([[0.3, -2.0], [0.8, -2.1], [1.2, -2.0]]))
 
     content = json.loads(load_trial(lab / "trial.toml").model_dump_json(exclude_none=True))
     with pytest.raises(InputError, match=r"trial\.toml, so"):
@@ -333,7 +335,7 @@ def test_rows_of_numbers_and_rows_with_column_names_give_the_same_readings(solid
         ([[10, 4], [30, 4]], ["s_mm", "reading"], "Give unit=...."),
         ([[10, 4], [30, 4]], ["s_mm", "reading"], "Give quantity=...."),
         ([[10, 9], [30, -9], [50, 9]], ["s_mm", "level_mm"], "as_written=['B3']"),
-        ("s_mm,foo\n10,4\n30,4\n", None, "columns={'levels': ...}"),
+        ("s_mm,foo,bar\n10,4,5\n30,4,5\n", None, "columns={'levels': ...}"),
     ],
 )
 def test_messages_about_readings_name_python_keywords_and_no_trial_settings(tmp_path, rows, columns, words):

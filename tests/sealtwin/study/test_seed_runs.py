@@ -17,7 +17,7 @@ from sealtwin.study.pipeline import FinishedStages, run_stages
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import sweep
-from sealtwin.trial.job import SEEDS, StageName, resume_job
+from sealtwin.trial.job import SEEDS, StageName, start_job
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import read_spread
 from tests.support.messages import Narration
@@ -57,7 +57,7 @@ def _validate(
     path: Path, progress: Narration | None = None, stage: StageName = "validate", settings: dict | None = None
 ) -> FinishedStages:
     with open_folder(path, create=False) as folder:
-        job = resume_job(folder, "cpu", progress or Narration(), settings)
+        job = start_job(load_trial(path / "trial.toml", settings), path, folder, "cpu", progress or Narration())
         return run_stages(job, [stage])
 
 

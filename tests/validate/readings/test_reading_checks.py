@@ -88,8 +88,20 @@ ASKED = {
     "a level that is zero between its neighbours": (bed([-3.0, -2.0, -1.0, 0.0, 1.0, 1.5]), {}, []),
     **{f"a sign that slipped, of {n}": (changed({(5, 1): 3.78})[:, : n + 1], {}, ["B7"]) for n in (1, 3)},
     "a sign that slipped, of 2": (changed({(5, 1): 3.78})[:, :3], {}, ["B7", "C7"]),  # Either may be wrong
-    # Its sign differs from that of the stations before, since the bed rises above the face.
-    "a level that rises above the face": (bed([-1.2, -1.1, -1.2, 1.1, 1.2, 1.1]), {}, []),
+    "a level that rises above the face": (bed([-1.2, -1.1, -0.6, 0.2, 0.8, 1.1]), {}, []),
+    "a sign that turns at row 12": (
+        bed([-2.9, -2.5, -2.3, -2.2, -1.2, -1.3, -1.6, -1.5, -1.8, -2.6, 3.2, 3.4]),
+        {},
+        ["12"],
+    ),
+    "a sign that turns twice": (bed([-2.5, -2.3, -2.2, 1.9, 1.6, 1.5, -1.8, -2.6, -2.7]), {}, ["5", "8"]),
+    "inches from row 5 on": (bed([-7.1, -6.9, -6.8, -0.27, -0.26, -0.27]), {}, ["5"]),
+    "centimetres from row 7 on, with a scatter above them": (
+        bed([[-3.8, -3.8], [-3.6, -3.6], [-3.9, -4.1], [-3.8, -3.9], [-4.4, -4.2], *[[-0.44, -0.44]] * 7]),
+        {},
+        ["7"],
+    ),
+    "centimetres from row 5 on": (bed([-4.1, -3.9, -3.8, -0.36, -0.35, -0.34]), {}, ["5"]),
     "a station that scatters tenfold": (changed({(6, 1): -2.3, (6, 2): -4.0, (6, 3): -5.6}), {}, ["B8", "D8"]),
     "the middle of a straight bed": (bed(-10 + np.arange(9.0)), {}, []),
     "copied repeats": (np.column_stack([TABLE, TABLE[:, 2]]), {}, ["E"]),

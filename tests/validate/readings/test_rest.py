@@ -24,6 +24,7 @@ HARMLESS = {
     "the sample in a column": f"Probe;{H}\n{OF.format('lab')}",
     "operators and pictures": H + ";Prüfer;Foto\n0;1;Meier;IMG_1\n5;2;Kunz;IMG_2\n10;3;;\n",
     "other quantities": H + ";Temp. [°C];Breite [mm]\n0;1;20;9\n5;2;20;8\n10;3;21;9\n",
+    "a unit in each row": NOTED.format("Einheit", *["mm"] * 3),
     "empty remarks": NOTED.format("Bemerkung", "", "-", "keine"),
     "a row of means": f"{H}\n{ROWS}Mittel;2\n",
 }
@@ -35,7 +36,6 @@ ASKED = {
     "beside, in a column of remarks": (NOTED.format("Bemerkung", "", "Ausreißer", ""), ["C3"]),
     "a number in a column of remarks": (NOTED.format("Bemerkung", "", "2,7", ""), ["C3"]),
     "codes beside some": (NOTED.format("Punkt", "x2", "", "x5"), ["C1", "C2", "C4"]),
-    "a unit in each row": (NOTED.format("Einheit", *["mm"] * 3), ["C1", "C2", "C3", "C4"]),
     "a word for a repeat": ("s_mm;Wdh;depth_mm\n0;xa;1\n0;verworfen;9\n5;xa;2\n", ["B2", "B3", "B4"]),
     "a number that counts no repeat": ("s_mm;Messung;depth_mm\n0;1,5;1\n5;2,5;2\n10;3;3\n", ["B2", "B3"]),
 }
@@ -134,17 +134,18 @@ def test_colours_on_more_than_a_fifth_of_the_rows_are_the_sheets_design(tmp_path
     assert not read_readings(path, Declared()).questions
 
 
-def test_a_reading_merged_over_two_stations_is_asked_about(tmp_path):
-    """The station of the lower cell vanished without a word."""
+@pytest.mark.parametrize(("cells", "stations"), [("B4:B5", 5), ("B4:C4", 6)])
+def test_a_reading_that_is_merged_with_other_cells_is_asked_about(tmp_path, cells, stations):
+    """The station of the lower cell, or the second repeat, vanished without a word."""
     book, path = openpyxl.Workbook(), tmp_path / "lab.xlsx"
     for row in (H.split(";"), *([s, 1 + (s % 3) / 10] for s in range(0, 60, 10))):
         book.worksheets[0].append(row)
-    book.worksheets[0].merge_cells("B4:B5")
+    book.worksheets[0].merge_cells(cells)
     book.save(path)
     with pytest.raises(SheetFaults) as faults:
         read_readings(path, Declared())
     assert [(doubt.kind, doubt.cells) for doubt in faults.value.doubts] == [("merged", ("B4",))]
-    assert len(read_readings(path, Declared(as_written=("B4",))).s_mm) == 5
+    assert len(read_readings(path, Declared(as_written=("B4",))).s_mm) == stations
 
 
 S = np.arange(0, 60, 4)
@@ -186,7 +187,7 @@ SHEETS = {
         "s [mm];Tiefe\n" + _rows("{s};{a}") + _rows("{s};{b}", {14: "0;3.2"}),
         {"unit", "twice"},
     ),
-    "thousands": ("s [mm];Tiefe [mm]\n" + _rows("{s};{a}").replace(".", ",").replace("\n", "1\n"), {"decimal"}),
+    "thousands": ("s [mm];Tiefe\n" + _rows("{s};{a}").replace(".", ",").replace("\n", "1\n"), {"decimal", "unit"}),
     "a number in the name, a total": ("s [mm];Tiefe 5 mm\n" + _rows("{s};{a}") + ";51.2\n", {"columns", "place"}),
     "signs in the name": ("s [mm];Tiefe (+5 mm)\n" + _rows("{s};{a}"), {"columns", "name", "quantity"}),
 }

@@ -65,7 +65,7 @@ ASKED = {
     "no place": (H + "0;1\n;2\n10;3\n", {}, "place A3 = repeats 3"),
     "a place that is none": (H + "0;1\nP5;2\n10;3\n", {}, "cell A3 = 3"),
     "numbers that became dates": (H + "0;1\n5.1.2026;16.1.2026\n10;3\n", {}, "cell A3 B3 = 3 B3"),
-    "a mark that may be either": (THREE_DIGITS.format("2,345"), {}, "decimal"),
+    "a mark that may be either": (THREE_DIGITS.format("2,345").replace("mm", "\u00b5m"), {}, "decimal"),
     "a place twice": (SAME, {}, "twice A3 A5 = repeats"),
     "a repeat twice": ("s_mm;Wdh;depth_mm\n0;1;1\n0;1;2\n5;1;2\n", {}, "twice A3 = 3"),
     "no such row": (H + "0;1\n5;2\n", {"columns": {"skip": ["B9", 9]}}, "skip"),

@@ -16,7 +16,6 @@ from sealtwin.scan.height_map import HeightMap
 from sealtwin.scan.settings import NamedPoint, Placement
 from tests.support.scan_beds import OUTLINE, bed, sloping_mm
 from validate.readings.grid import SheetFaults
-from validate.readings.reading_checks import Filling
 from validate.readings.scan import read_scan
 from validate.settings import Readings
 
@@ -41,7 +40,7 @@ def read(tmp_path):
             scan=path, data="synthetic", role="held-out", placement=placement, limit_mm=limit_mm, as_written=as_written
         )
         solid = build_solid(OUTLINE, CrackShape.model_validate({"depth_mm": 8.0, "tilt": "vertical", **shape}))
-        return read_scan(Path(path), settings, Filling(OUTLINE, solid))
+        return read_scan(Path(path), settings, OUTLINE, solid)
 
     return read
 
@@ -101,7 +100,7 @@ def test_a_depth_map_is_read_with_a_negative_count(tmp_path):
     placement = Placement(step_mm=0.4, count_mm=-0.01)
     settings = Readings(scan=path, data="synthetic", role="held-out", placement=placement)
     solid = build_solid(OUTLINE, CrackShape(depth_mm=8.0, tilt="vertical"))
-    profile = read_scan(path, settings, Filling(OUTLINE, solid))
+    profile = read_scan(path, settings, OUTLINE, solid)
     assert profile.level_mm.mean() == pytest.approx(-1.6, abs=0.05)
 
 

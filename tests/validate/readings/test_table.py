@@ -8,6 +8,7 @@ TWO = [[-1.5, -1.6], [-2.0, -2.1], [-3.0, -3.1]]
 ONE = [[-1.5], [-2.0], [-3.0]]
 ROWS = "0;1,5;1,6\n5;2;2,1\n10;3;3,1\n"
 SINGLE = "0;1,5\n5;2\n10;3\n"
+S = "s [mm];"
 H = "s [mm];Tiefe 1 [mm];Tiefe 2 [mm]\n"
 BY_LETTER = {"s": "A", "levels": ["B", "C"]}
 MM_DOWN = {"unit": "mm", "quantity": "depth"}
@@ -43,6 +44,39 @@ READ = {
     "a legend": ("s [mm];level [mm] (0 = sample face, + up)\n0;-1,5\n5;-2\n10;-3\n", {}, ONE),
     "an index without a name": (";s [mm];Tiefe [mm]\n0;0;1,5\n1;5;2\n2;10;3\n", {}, ONE),
     "names of several words, without brackets": ("s mm   depth mm\n0   1.5\n5   2.0\n10  3.0\n", {}, ONE),
+    "a unit and a direction in the title": (
+        "Tiefe ab Oberfläche, alles in mm\n\nWeg;Versuch 1;Versuch 2\n" + ROWS,
+        {"as_written": ("A1", "B", "C")},
+        TWO,
+    ),
+    "a column of units": ("s;Tiefe;Einheit\n0;1,5;mm\n5;2;mm\n10;3;mm\n", {}, ONE),
+    "a station number, and a position in another column": (
+        "Station;Abstand [mm];Tiefe [mm]\n1;0;1,5\n2;5;2\n3;10;3\n",
+        {},
+        ONE,
+    ),
+    "a standard deviation that is called s": ("x/mm;Tiefe/mm;s/mm\n0;1,5;0,2\n5;2;0,1\n10;3;0,3\n", {}, ONE),
+    "letters that count repeats": ("s_mm;depth_below_face_a_mm;depth_below_face_b_mm\n" + ROWS, {}, TWO),
+    "labels below a name": ("s [mm];Tiefe ab Oberfläche [mm];\n;Hin;Zurück\n" + ROWS, {}, TWO),
+    "other labels below a name": ("s [mm];Tiefe [mm];\n;L1;L2\n" + ROWS, {"as_written": ("B", "C")}, TWO),
+    "ordinals": ("s [mm];prima lettura, profondità [mm];seconda lettura, profondità [mm]\n" + ROWS, {}, TWO),
+    "a legend of negative numbers": (
+        "unterhalb der Oberseite negativ\n\ns [mm];Lesung [mm]\n0;-1,5\n5;-2\n10;-3\n",
+        {"as_written": ("A1", "B")},
+        ONE,
+    ),
+    "stations of several rows": (
+        "station;s_mm;rep;depth_mm\n1;0;a;1,5\n1;0;b;1,6\n2;5;a;2\n2;5;b;2,1\n3;10;a;3\n3;10;b;3,1\n",
+        {"as_written": ("C",)},
+        TWO,
+    ),
+    "positions under an unknown name beside stations without numbers": (
+        "estacion;a_mm_del_inicio;altura_mm\nE1;0;-1,5\nE2;5;-2\nE3;10;-3\n",
+        {"as_written": ("A", "B")},
+        ONE,
+    ),
+    "a count of points below the header": ("//s_mm depth_mm\n3\n0 1.5\n5 2.0\n10 3.0\n", {}, ONE),
+    "decimals that could be thousands": ("s [mm];Tiefe [mm]\n0;1,500\n5;2,000\n10;3,000\n", {}, ONE),
     "a second row that counts": ("Ort [mm];q;\n;1;2\n" + ROWS, {"columns": BY_LETTER, **MM_DOWN}, TWO),
 }
 
@@ -56,8 +90,28 @@ def test_a_table_of_a_common_layout_is_read_correctly(read, text, declared, repe
     assert profile.s_mm == pytest.approx(s_mm[: len(repeats_mm)])
 
 
+LIKELY = {
+    "unknown words": (S + "Tiefe unter Balken 1 [mm];Tiefe unter Balken 2 [mm]\n" + ROWS, TWO, ["B", "C"]),
+    "an unknown position": ("Tratto [mm];Tiefe [mm]\n" + SINGLE, ONE, ["A"]),
+    "unknown readings, with a direction in the title": (
+        "Tiefe\n\ns [mm];Foo 1 [mm];Foo 2 [mm]\n" + ROWS,
+        TWO,
+        ["B", "C"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "repeats_mm", "columns"), LIKELY.values(), ids=LIKELY)
+def test_a_column_whose_role_is_clear_is_read_and_its_unknown_words_are_remarked(read, text, repeats_mm, columns):
+    profile = read(text)
+    assert listed(profile) == [pytest.approx(row) for row in repeats_mm]
+    (doubt,) = [doubt for doubt in profile.questions if doubt.kind == "name"]
+    assert (doubt.is_remark, list(doubt.cells)) == (True, columns)
+    assert not [doubt for doubt in read(text, as_written=tuple(columns)).questions if doubt.kind == "name"]
+
+
 MARKED = "depth (+5 mm)|depth [mm-5]|depth [mm²]|depth [nm]|Tiefe x10 [mm]|Tiefe rechts [mm]"
-UNIT, B, S = {"unit": "mm"}, {"columns": {"levels": ["B"]}}, "s [mm];"
+UNIT, B = {"unit": "mm"}, {"columns": {"levels": ["B"]}}
 ASKED = {
     "no header": (ROWS, {}, "columns; unit A B C; quantity"),
     "a side in another name": ("Stelle;von links (mm);Tiefe [mm]\n" + ROWS, {}, "columns = A; unit A; name B = B"),
@@ -68,6 +122,14 @@ ASKED = {
     ),
     "a number and a place": ("Position;Ort [mm];Tiefe [mm]\n1;0;1,5\n2;5;2\n", {}, "columns = C"),
     "readings beside their numbers": ("s [mm];Messung;q\n0;1;9\n1;2;9\n5;1;8\n", {}, "columns = A; unit C; quantity"),
+    "names that differ by a word": (S + "Tiefe Anna [mm];Tiefe Ben [mm]\n" + ROWS, {}, "columns = A B C"),
+    "another end": ("Distance from right end [mm];level [mm]\n0;-1,5\n5;-2\n10;-3\n", {}, "name A = A; name A"),
+    "a station number, and an unknown position": (
+        "Station;Foo;Tiefe [mm]\n1;0;1,5\n2;5;2\n3;10;3\n",
+        {},
+        "columns; unit A",
+    ),
+    "two directions in the title": ("Tiefe, Höhe\n\ns [mm];Foo [mm]\n" + SINGLE, {}, "quantity; name B; remark A1"),
     "an unknown name": (S + "Tiefe [mm];q\n" + ROWS, {}, "columns = A"),
     "up and down": (S + "Tiefe [mm];Level [mm]\n" + ROWS, {}, "columns = A B"),
     "a number that counts nothing": (S + "Tiefe 5 mm\n" + SINGLE, {}, "columns = A B"),
