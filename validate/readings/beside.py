@@ -145,7 +145,7 @@ def _names(grid: Grid, sample: str | None) -> Iterator[Text]:
 
 def _ask_about_names(table: Table) -> None:
     """Ask about words and marks in column names that may change what is read, whatever is declared."""
-    for column in dict.fromkeys([*(column.index for column in table.used), *table.unclear]):
+    for column in [*(column.index for column in table.used), *table.unclear]:
         text = table.header.names.get(column, "")
         if may_change(text):
             remedy = "Write lengths into the sheet, and what the name says (unit, datum, end of s) into other answers."

@@ -146,17 +146,12 @@ class Table:
     def is_index(self, column: int) -> bool:
         """Return whether a column counts rows or stations from 0 or 1, as programs write it."""
         numbers = self.numbers(column)
-        return (
-            len(numbers) > 2
-            and bool(self.header.rows)
-            and numbers[0] in (0, 1)
-            and {*np.diff(numbers)} in ({1}, {0, 1})
-        )
+        return len(numbers) > 2 and numbers[0] in (0, 1) and {*np.diff(numbers)} in ({1}, {0, 1})
 
     def is_ordered(self, column: int) -> bool:
         """Return whether a column has numbers that only rise or only fall."""
         steps = np.diff(self.numbers(column))
-        return bool(steps.size) and bool((steps >= 0).all() or (steps <= 0).all())
+        return bool(steps.size and abs(steps.sum()) == abs(steps).sum())
 
     def named(self, columns: Sequence[int]) -> str:
         names = self.header.names
@@ -203,7 +198,7 @@ def find_header(part: Rows, top: int) -> Header:
     # Rows with units and with the numbers of repeats belong to the header above them.
     for is_whole, index, count in product((True, False), indices, range(MAX_ROWS, 0, -1)):
         header = rows[index : index + count]
-        if _is_header([part[row] for row in header], is_whole=is_whole):
+        if _is_header([part[row] for row in header], is_whole):
             header += [row for row in rows[index + count : index + count + 1] if _labels_repeats(part, row)]
             return Header(tuple(header), _names_of([part[row] for row in header]), max(header[-1] + 1, top))
     # Without known names, the header is the rows of texts above the first row with numbers.
@@ -232,7 +227,7 @@ def _names_of(rows: Sequence[Mapping[int, Cell]]) -> dict[int, str]:
     return names
 
 
-def _is_header(rows: Sequence[Mapping[int, Cell]], *, is_whole: bool) -> bool:
+def _is_header(rows: Sequence[Mapping[int, Cell]], is_whole: bool) -> bool:
     """Return whether rows are a header: names of positions and of readings, and no number."""
     if any(sum(bool(cell.text) for cell in cells.values()) < 2 for cells in rows):
         return False
@@ -324,7 +319,7 @@ def _set_columns(table: Table) -> None:
     places = [column for column in new if column in unknown and meanings[column].unit and table.is_ordered(column)]
     if len(places) == 1 and all(map(table.is_index, stations)):
         stations, unknown = places, [column for column in unknown if column not in places]
-    if not (readings or repeats) and {*unknown} <= {*new} and len({unnumbered(names[k])[0] for k in unknown}) == 1:
+    if not readings and {*unknown} <= {*new} and len({unnumbered(names[k])[0] for k in unknown}) == 1:
         # Columns that remain, with names that differ by the number of a repeat
         readings, unknown = unknown, []
     if not readings and not unknown:
@@ -461,11 +456,13 @@ def _ask_for_units(table: Table) -> None:
 
 
 def _stated(table: Table) -> tuple[str | None, Quantity | None]:
-    """Return the unit and the direction that texts outside the rows of readings state, or units in these rows."""
+    """Return the unit and the direction that texts outside the rows of readings, or in all of these rows, state."""
     units, quantities = set[str](), set[Quantity]()
+    rows = [{cell.text for cell in table.part[row].values()} for row in table.body]
+    always = set.intersection(*rows) if rows else ()
     for row in table.part.keys() - table.header.rows:
         cells = table.part[row].values()
-        for text in (cell.text for cell in cells if unit_of(cell.text) or not any(map(numeric, cells))):
+        for text in (cell.text for cell in cells if cell.text in always or not any(map(numeric, cells))):
             of_text, quantity = stated(text)
             units, quantities = units | of_text, quantities | quantity
     return units.pop() if len(units) == 1 else None, quantities.pop() if len(quantities) == 1 else None

@@ -169,9 +169,8 @@ def meaning(name: str) -> Meaning | None:
     # A height that counts downward is a depth; a level below something is ambiguous.
     if understood & DEPTH and understood & LEVEL and not understood & (DEPTH | LEVEL) <= HEIGHT | DOWNWARD:
         return None
-    quantity: Quantity | None = "depth" if understood & DEPTH else "level" if understood & LEVEL else None
-    bare = quantity is None and unit is None and not numbers
-    counts = bare and (understood & COUNTER or not understood & VALUE)
+    quantity = "depth" if understood & DEPTH else "level" if understood & LEVEL else None
+    counts = not (quantity or unit or numbers) and (understood & COUNTER or not understood & VALUE)
     # A height over the face is that of the sealant's surface; without a face it may be its thickness.
     beside = OF_READING | (RELATIVE | SEALANT if words & (FACE | SURFACE) else set())
     return Meaning(Role.REPEAT if counts else Role.READING, unit, quantity, number, words <= READING | COUNTER | beside)
@@ -179,8 +178,7 @@ def meaning(name: str) -> Meaning | None:
 
 def may_change(name: str) -> bool:
     """Return whether a column's name has a mark, or an unknown word, that may change readings."""
-    stops = STOPS & {word[:5] for word in unnumbered(name)[0] if not _known(word)}
-    return bool(stops or parsed(name).has_rest)
+    return parsed(name).has_rest or any(word[:5] in STOPS and not _known(word) for word in unnumbered(name)[0])
 
 
 def _known(word: str) -> str:

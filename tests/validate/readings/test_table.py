@@ -65,6 +65,11 @@ READ = {
         {"as_written": ("A1", "B")},
         ONE,
     ),
+    "a quantity and a unit in each row": (
+        "s [mm];Prüfung;Messwert;Einheit\n0;Tiefe unter OK;1,5;mm\n5;Tiefe unter OK;2;mm\n10;Tiefe unter OK;3;mm\n",
+        {"as_written": ("B", "C")},
+        ONE,
+    ),
     "stations of several rows": (
         "station;s_mm;rep;depth_mm\n1;0;a;1,5\n1;0;b;1,6\n2;5;a;2\n2;5;b;2,1\n3;10;a;3\n3;10;b;3,1\n",
         {"as_written": ("C",)},
@@ -121,7 +126,7 @@ ASKED = {
         "remark A1",
     ),
     "a number and a place": ("Position;Ort [mm];Tiefe [mm]\n1;0;1,5\n2;5;2\n", {}, "columns = C"),
-    "readings beside their numbers": ("s [mm];Messung;q\n0;1;9\n1;2;9\n5;1;8\n", {}, "columns = A; unit C; quantity"),
+    "readings beside their numbers": ("s [mm];Messung;q\n0;1;9\n1;2;9\n5;1;8\n", {}, "unit C; quantity; name C"),
     "names that differ by a word": (S + "Tiefe Anna [mm];Tiefe Ben [mm]\n" + ROWS, {}, "columns = A B C"),
     "another end": ("Distance from right end [mm];level [mm]\n0;-1,5\n5;-2\n10;-3\n", {}, "name A = A; name A"),
     "a station number, and an unknown position": (
