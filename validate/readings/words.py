@@ -49,7 +49,7 @@ FACTOR = re.compile(rf"[\[(]\s*[0-9][^\])]*{UNIT_WORD}|(?<![\w])10+\s+{UNIT_WORD
 """A number that may be a factor of the unit, as in [10 mm] or "depth 10 mm"."""
 UNIT_BEHIND_SLASH = re.compile(rf"/\s*(?={UNIT_WORD}\s*[\])]?\s*$)")
 CAMEL = re.compile(r"(?<=[^\W\dA-Z_]{2})(?=[A-Z][^\W\dA-Z_])")
-HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])|(?<=\s)[-\u2013\u2014](?=\s)|[#\u00b0](?=\s*[0-9])")
+HYPHEN = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])|(?<=\s)[-\u2013\u2014](?=\s)|[#\u00b0](?=\s*[0-9])|(?<=\bn)\u00b0")
 """A hyphen, a dash between words, or the sign of a number."""
 ORDINAL = re.compile(r"(?<!\w)([0-9]{1,2})(?:st|nd|rd|th|e|er|re|ere|eme|ste|de|a|o|\u00b0)(?!\w)")
 NUMERALS = [words.split() for words in WORDS["repeats"].values()]
@@ -57,9 +57,9 @@ NUMERALS = [words.split() for words in WORDS["repeats"].values()]
 NEGATIVE = re.compile(rf"negat|minus|\(\s*-\s*\)|-\s*(?:{'|'.join(sorted(BELOW))})(?!\w)")
 """A legend of negative numbers, such as "- below"."""
 ELIDED = re.compile(r"(?<![^\W_])(?:[dl]|d?all|dell)['\u2019]")
-LEGEND = re.compile(r"(?:0\s*=|\+)\s*[^\W\d_][^,;()\[\]=+]*|[^\W\d_]+\s*\+")
+LEGEND = re.compile(r"(?:0\s*=|\+\s*=?)\s*[^\W\d_][^,;()\[\]=+]*|[^\W\d_]+\s*\+")
 """Part of a legend such as "(0 = sample face, + up)"."""
-REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|[\[(]\s*1\s*[\])]|\bx\s?\d|\d\s?x\b")
+REST = re.compile(r"[^\w\s.,:;\[\]()]|\[\s*[^\W\d_]{1,4}\.?\s*\]|\[\s*1\s*\]|\bx\s?\d|\d\s?x\b")
 """A special character, a unit in brackets that is unknown or only a 1, or a factor."""
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")

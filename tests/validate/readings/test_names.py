@@ -27,9 +27,9 @@ NAMES = {
     Meaning(Role.READING, "mm", None, "2"): "2. Messung (mm)",
     Meaning(
         Role.READING, "mm", None, "3"
-    ): "Mesure 3 [mm]|Mesure n° 3 [mm]|3e mesure [mm]|Mesure III [mm]|lectura_c_mm",
+    ): "Mesure 3 [mm]|Mesure n° 3 [mm]|3e mesure [mm]|Mesure III [mm]|lectura_c_mm|lettura (3) [mm]",
     Meaning(Role.READING): "value|lectura",
-    Meaning(Role.REPEAT): "Messung|Reading No.|Lauf|Zyklus Nr.|Herhaling",
+    Meaning(Role.REPEAT): "Messung|Reading No.|Lauf|Zyklus Nr.|Herhaling|Lecture n°",
     Meaning(Role.SAMPLE): "Muestra Nº|Sample ID|Prüfkörper Nr.",
     Meaning(Role.OTHER, "mm"): "Risstiefe [mm]|width [mm]|Mittelwert Tiefe [mm]|Moyenne profondeur [mm]",
     Meaning(Role.OTHER): "Nr.|Feuchte [%]|Temperatur 2 [°C]|Temp. [°C/°F]|relative Luftfeuchtigkeit [%]|"
@@ -44,7 +44,7 @@ UNKNOWN = (
     "profundidad de la grieta [mm]|Probe 1 [mm]|16.1|\u2212Tiefe [mm]|X_Value [s]|Y [mm]|x1|"
     "Level [mm] (- = above)|Tiefe ab Messschieber [mm]|Probe 1 Tiefe [mm]|Tiefe \u2152 mm|Tiefe (0,1 mm)|"
     "Masse 10 g|Tiefe [g]|RH [%]|RH [mm]|depth RH [%]|depth RH [mm]|depth RH|Position RH|rel [%]|"
-    "Lecture n°|Tiefe [1/10 mm]"
+    "Tiefe [1/10 mm]"
 )
 NO_LENGTHS = (
     "s [-]|s [1]|s/L|depth/D [-]|s [%]|Tiefe [\u2030]|Position rel.|relative position|Tiefe [°]|1/depth [1/mm]|Tiefe/2"
