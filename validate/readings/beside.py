@@ -190,8 +190,8 @@ def changes(text: str) -> bool:
 
 
 def _units_in(text: str) -> set[str]:
-    """Return the units that a text names. A single m may be any word."""
-    return {UNITS[word] for word in WORD.findall(plain_letters(text)) if word in UNITS and word != "m"}
+    """Return the units that a text names. A single m, or the German um, may be any word."""
+    return {UNITS[word] for word in WORD.findall(plain_letters(text)) if word in UNITS and word not in "um"}
 
 
 def is_harmless(text: str, sample: str = "") -> bool:

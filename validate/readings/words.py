@@ -198,7 +198,7 @@ def stated(text: str) -> tuple[set[str], set[Quantity]]:
     words = {*WORD.findall(parsed(without).text)}
     if words & COLUMNS["instrument"]:
         return set(), set()
-    units = {UNITS[word] for word in WORD.findall(without) if word in UNITS and word != "m"}
+    units = {UNITS[word] for word in WORD.findall(without) if word in UNITS and word not in "um"}
     is_negative, down, up = NEGATIVE.search(plain), words & DEPTH, words & LEVEL
     # What a legend says of negative numbers tells the direction of the others.
     if is_negative:

@@ -30,6 +30,7 @@ HARMLESS = {
 }
 ASKED = {
     "above": (f"Fuß auf 5 mm Klotz\n{H}\n{ROWS}", ["A1"]),
+    "a preposition that is spelt as a unit": (f"Nullpunkt war um 0,4 verschoben\n{H}\n{ROWS}", ["A1"]),
     "between": (f"{H}\n0;1\nab hier verrutscht\n5;2\n10;3\n", ["A3"]),
     "below": (f"{H}\n{ROWS}\nvom rechten Ende gemessen\n", ["A6"]),
     "another sample's rows": (f"Probe;{H}\n{OF.format('P02')}", ["A2", "A3", "A4"]),
